@@ -374,7 +374,7 @@ class BlocksPhong(Handle):
     def _each(
         self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """Return a function that calls a method of a dataset's accessor, with the common scene.
+        """Return a function of a dataset that calls the dataset's `phong` method `method` with the common scene.
 
         The function must be called for all datasets in order: each call takes the next material and options from `own`.
         """

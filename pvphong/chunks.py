@@ -26,7 +26,7 @@ from pvphong.shading.vertices import Vertices
 Given = ParamSpec("Given")
 
 _VISIBILITY = "visibility"
-"""The only array with vertices along its second axis: shape (lights + 1, n)."""
+"""Name of the only array with vertices along its second axis: shape (lights + 1, n)."""
 
 _ARGUMENTS = ("points", "normals", _VISIBILITY)
 """Arguments of `evaluate` that are arrays. All other arrays are maps of the material."""
@@ -114,7 +114,10 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
     blocks = blockwise(_lit, "ik", *pairs, concatenate=True, names=list(arrays), scene=scene, **how, **options)
 
     def field(name: str, like: Any) -> Any:
-        """Join one field of the chunks' `Shading`s. An axis for lights, if there is one, comes first."""
+        """Join the field `name` of the chunks' `Shading`s; an axis for lights, if there is one, comes first.
+
+        `like` is an empty array of the field's type and number of axes. If it is None, so is the result.
+        """
         if like is None:
             return None
         lights = [(length,) for length in like.shape[:-2]]
@@ -131,7 +134,7 @@ def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
 
 
 def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
-    """Call `evaluate` with arrays by name; arrays that are not arguments of it become maps of the material."""
+    """Call `evaluate` with arrays by name; arrays that are not arguments of `evaluate` become maps of the material."""
     own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
     maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
     if maps:
@@ -161,8 +164,8 @@ def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
 def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
     """Split all arrays into the same chunks along vertices; NumPy arrays become Dask arrays.
 
-    If the lengths of the first Dask array's chunks are unknown, no array is split: all must have as many chunks, of
-    unknown lengths too.
+    If the lengths of the first Dask array's chunks are unknown, no array is split. All arrays must then have the same
+    number of chunks, also of unknown lengths.
     """
     from dask.array import from_array, unify_chunks
 
@@ -190,7 +193,7 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(name: str, array: Any) -> Any:
-    """Return `array`; raise ValueError unless it is a Dask array that is chunked along vertices only.
+    """Return `array` if it is a Dask array that is chunked along vertices only; otherwise raise ValueError.
 
     Visibility may be chunked along lights too.
     """

@@ -264,7 +264,7 @@ class PlotterPhong(Handle):
         Returns
         -------
         pyvista.Actor
-            The actor, whose material `mesh(actor)` can change.
+            The actor. Use `mesh(actor)` to change its material.
 
         Raises
         ------
@@ -465,7 +465,8 @@ class PlotterPhong(Handle):
     def display(self) -> Display:
         """Transform that shows the colours of all lit meshes: exposure, tone curve and overlay. It can be set.
 
-        Unless it is the default, the light model clamps nothing before. `add_lit` shows colours as they are stored.
+        For a display other than the default, the light model does not clamp colours before they are transformed. The
+        display does not change the colours of `add_lit`.
 
         Examples
         --------
@@ -625,7 +626,7 @@ class PlotterPhong(Handle):
             Open the page in a browser, except in a notebook.
         keep : path, optional
             JSON file to which lights, viewer, light model and materials are saved after each change, as by
-            `Scene.save`. Saving ends when another mesh is opened in the page, until that is undone.
+            `Scene.save`. After another mesh is opened in the page, nothing is saved until this is undone.
 
         Returns
         -------

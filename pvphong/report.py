@@ -19,7 +19,7 @@ class Report(scooby.Report):
     Parameters
     ----------
     gpu : bool, default True
-        True to include VTK's renderer, which opens a hidden window. Pass False if rendering fails.
+        True to include VTK's renderer; a hidden window is opened to find it. Pass False if rendering fails.
 
     Examples
     --------

@@ -57,8 +57,8 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
     Parameters
     ----------
     client : Client, str or None
-        A client, which is yielded itself, or the address of a scheduler. None starts a local cluster, which ends with
-        the block.
+        A client is yielded unchanged. For the address of a scheduler, a client of this scheduler is yielded. None
+        starts a local cluster that ends with the block.
     workers : int or None
         Number of processes of a local cluster; None for the number of processors.
     pieces : int
@@ -145,7 +145,7 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """Raise ``ValueError`` for a cluster without workers, or whose workers lack this process's versions of `_PACKAGES`.
+    """Raise ``ValueError`` unless a cluster has workers, all with the versions of `_PACKAGES` in this process.
 
     Dask itself warns about different versions of its own packages.
     """

@@ -78,7 +78,7 @@ class PotentialOccluders(Generic[Name]):
         Parameters
         ----------
         scene : Scene
-            The scene; only its shadows and ambient occlusion are considered if they are on.
+            The scene. Its lights are considered if it has shadows, and the sky if it has ambient occlusion.
         parts : (low, high)
             Corners of the boxes, shape (m, 3) each.
         """

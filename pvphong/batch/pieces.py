@@ -37,7 +37,8 @@ class Piece:
     input, output : Path
         The input file and its lit file, a .vtp.
     labels : tuple of str
-        Names of the blocks that refer to the file, which select its material; "default" if there are none.
+        Names of the blocks that refer to the file; only "default" if no block does. The names select the file's
+        material.
     surface : str
         Identifier that all pieces of one surface share; "" if the file is a surface of its own.
     """
@@ -75,8 +76,8 @@ def paths_of(given: Any, out: Path) -> list[Path]:
     given : path, or iterable of paths
         Paths of files, and patterns such as `parts/*.vtp`.
     out : Path
-        Output folder. A file in it that a pattern matches is a result of an earlier call, and is skipped, unless the
-        pattern itself begins with this folder.
+        Output folder. A file in it that a pattern matches is skipped, as a result of an earlier call. If the pattern
+        itself begins with this folder, the file is not skipped.
 
     Raises
     ------
@@ -137,7 +138,8 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     out : Path
         Output folder.
     as_one : bool
-        Treat all files as pieces of one surface. By default only the files of one index file at one time step are.
+        Treat all files as pieces of one surface. By default, only the files of one index file at one time step are
+        treated as pieces of one surface.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         target : Path
             Path of the lit file without suffix.
         label : str
-            Name of the block that refers to the file, which selects its material.
+            Name of the block that refers to the file. The name selects the file's material.
         surface : str
             Identifier of the surface of which the file is a piece; "" for a surface of its own.
         above : tuple of Path

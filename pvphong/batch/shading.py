@@ -52,7 +52,7 @@ class Batch:
     failed : mapping of Path to str
         Files that could not be lit, with the reasons. Nothing was written for them.
     note : str
-        Remark on seams that were not merged; may be empty.
+        Remark on pieces of a surface whose normals were not merged at the seams between them; may be empty.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def shade_files(
     material : Material or mapping, optional
         Material, or a mapping from the names of a .vtm file's blocks to materials, with the key "default" for the other
         blocks. Maps are names of point arrays of the files, colormaps of such names, or paths of image files. A
-        colormap without `clim` gets the range of its array in all files, for which they are read once more.
+        colormap without `clim` gets the range of its array in all files; to find it, all files are read once more.
     client : distributed.Client or str, optional
         Client of a Dask cluster, or the address of its scheduler, such as ``tcp://host:8786``. By default a local
         cluster is started; a script must then call this function below ``if __name__ == "__main__":``.
@@ -275,7 +275,7 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start a task for each piece of one surface, which lights the piece; return task → piece.
+        """Start one task per piece of a surface, to light the piece; return task → piece.
 
         A task receives the other pieces that may block its piece's light. With `merges`, it also receives the other
         pieces' faces that touch its piece.
@@ -322,7 +322,7 @@ class _Run:
         }
 
     def write_indices(self) -> None:
-        """Write each index file whose pieces all have a lit file; record the others as failed."""
+        """Write each index file whose pieces all have a lit file; record all other index files as failed."""
         for index in self._indices:
             named = [self._results[output] for output in index.outputs]
             failed = sum(bool(result.reason) for result in named)
@@ -353,8 +353,8 @@ class _Run:
     ) -> Iterator[tuple[Piece, Any]]:
         """Run the task `work(piece, *more)` for each piece; yield pieces and values in the order in which tasks end.
 
-        A piece whose task fails is recorded as failed and not yielded. With `fetches` False, the task itself is yielded
-        in place of the value, which stays on its worker.
+        A piece whose task fails is recorded as failed and not yielded. With `fetches` False, values stay on the
+        workers, and the task itself is yielded in place of its value.
         """
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 

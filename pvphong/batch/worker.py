@@ -1,4 +1,4 @@
-"""Tasks of a worker: inspect a piece, or light it and write a receipt, by which a later run skips this piece.
+"""Tasks of a worker: inspect a piece, or light it and write a receipt. A later run skips pieces with a valid receipt.
 
 Each of a worker's threads lights one piece at a time. The evaluator starts no threads of its own.
 """
@@ -69,7 +69,7 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which pieces cannot be lit, by lighting a triangle with them.
+        """Raise ``ValueError`` for settings with which pieces cannot be lit. They are tried on a triangle.
 
         Also refused are maps that are not names, and different materials for blocks that refer to the same file.
         """
@@ -130,7 +130,7 @@ class Receipt:
     output : str
         Checksum of the lit file.
     arrays : tuple of ArrayType
-        Arrays of the lit file, for an index file.
+        Arrays of the lit file, as an index file declares them.
     """
 
     input: str
@@ -149,7 +149,8 @@ def receipt_path(output: Path) -> Path:
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
     """Return the receipt of a piece's lit file if it is still valid; otherwise None.
 
-    It is valid if the lit file has not changed since, and was lit by this version of pvphong with the job's settings.
+    It is valid if the lit file has not changed since the receipt was written, and was lit by this version of pvphong
+    with the job's settings.
     """
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
@@ -189,7 +190,7 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return the checksum of a piece's input file, and the receipt of its lit file, or None if that is not valid."""
+    """Return the checksum of a piece's input file, and the receipt of its lit file; None for an invalid receipt."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
@@ -211,7 +212,7 @@ def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
 
 
 def border_in(piece: Piece) -> Border:
-    """Read a piece, and return the faces at its border, which its neighbours need for their normals."""
+    """Read a piece, and return the faces at its border. Neighbouring pieces need these faces for their normals."""
     outside, of_volume = _surface(piece)
     return border_of(outside, of_volume=of_volume)
 
@@ -262,7 +263,10 @@ def light(
 
 
 def reason_of(error: BaseException) -> str:
-    """Format an error in one line: its message, after the type's name unless it is a ValueError."""
+    """Format an error in one line.
+
+    For a ValueError, the line is the message. For any other error, it is the error's type, a colon and the message.
+    """
     message = " ".join(str(error).split())
     return message if isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
 
@@ -317,7 +321,7 @@ def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """Describe the numeric arrays of a lit mesh, its points last; the result is empty if it has no points."""
+    """Describe the numeric arrays of a lit mesh, and its points last; return () for a mesh without points."""
     if not lit.n_points:
         return ()
     named = [

@@ -1,4 +1,4 @@
-"""The table of commands, and `main`, which runs one, reports an error in one line and returns the exit status."""
+"""The table of commands, and `main`: it runs a command, reports an error in one line and returns the exit status."""
 
 from __future__ import annotations
 

@@ -177,7 +177,7 @@ class Lighting:
         path
             The file.
         size
-            Size of the picture in pixels, which the default scene fills.
+            Width and height of the picture in pixels. In the default scene, the mesh fills the picture.
 
         Returns
         -------
@@ -186,7 +186,7 @@ class Lighting:
         scene : Scene
             Scene with a viewer.
         material : Material or dict
-            Material of a single mesh, or a dictionary by block.
+            Material of a single mesh, or a dictionary block → material.
         """
         materials = self.materials()
         given = None if self.scene is None else Scene.load(self.scene)
@@ -213,7 +213,10 @@ class Lighting:
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """Return the scene with shadows, ambient occlusion and bounces as the options and the scene ask for."""
+        """Return the scene with the shadows, ambient occlusion and bounces of the options added to its own.
+
+        The option --bounces replaces the scene's number of bounces.
+        """
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # in the rig it may be a distance
         shadows, bounces = model.shadows or self.shadows, model.bounces if self.bounces is None else self.bounces
@@ -235,9 +238,9 @@ DEFAULT_LIGHTING = Lighting()
 
 
 def seeing(scene: Scene, mesh: Any, size: tuple[int, int]) -> Scene:
-    """Return the scene for a picture of a mesh, whose `size` is in pixels.
+    """Return the scene for a picture of a mesh. `size` is the picture's width and height in pixels.
 
-    A viewer that cannot see the mesh is moved to frame it, and a note is printed.
+    A viewer that cannot see the mesh is moved to frame the mesh, and a note is printed.
     """
     if scene.viewer.sees(mesh.bounds, size[0] / size[1]):
         return scene

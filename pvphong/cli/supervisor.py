@@ -113,8 +113,8 @@ def _work(end: int | None) -> int:
 def _set_outputs(verbose: bool) -> None:
     """Make both standard outputs escape characters that their encoding lacks.
 
-    Unless `verbose`, also hide what C libraries print on standard error, and hide warnings if Python has no `-W`
-    option.
+    If `verbose` is False, also hide what C libraries print on standard error. Python's warnings are then hidden too, if
+    Python was started without the option `-W`.
     """
     if not verbose and not sys.warnoptions:
         import logging

@@ -93,7 +93,7 @@ def show(
     mesh : pyvista.PolyData or pyvista.MultiBlock
         One surface, or several blocks.
     scene : Scene
-        The scene, whose viewer is the initial camera.
+        The scene. Its viewer is the initial camera.
     material : Material or mapping
         Material of all blocks, or a mapping from block names, with "default" for the others.
     title : str

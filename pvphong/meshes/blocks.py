@@ -28,9 +28,9 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
     blocks : pyvista.MultiBlock
         The blocks. Blocks that are None stay None; tables and empty datasets are copied unchanged.
     operation : callable
-        Function of a dataset. A ValueError that it raises gets the name of the block.
+        Function of a dataset. If it raises a ValueError, the block's name is added to the message.
     place : str
-        Position of `blocks` in an outer MultiBlock, such as "['car']", for such an error.
+        Position of `blocks` in an outer MultiBlock, such as "['car']"; in the message, it precedes the block's name.
     """
     result = pv.MultiBlock()
     for key, array in blocks.field_data.items():
@@ -57,9 +57,9 @@ def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], pl
     blocks : pyvista.MultiBlock
         The blocks.
     operation : callable
-        Function of a dataset. A ValueError that it raises gets the name of the block.
+        Function of a dataset. If it raises a ValueError, the block's name is added to the message.
     place : str
-        Position of `blocks` in an outer MultiBlock, such as "['car']", for such an error.
+        Position of `blocks` in an outer MultiBlock, such as "['car']"; in the message, it precedes the block's name.
     """
     found: list[Result] = []
     for index, block in enumerate(blocks):
@@ -154,5 +154,5 @@ def single_material(materials: Mapping[str, Surface]) -> Surface:
 
 
 def leaves(mesh: Any) -> list[Any]:
-    """Return the nonempty datasets of a MultiBlock, without tables, as a list; any other mesh is its only entry."""
+    """Return a list of the nonempty datasets of a MultiBlock, without tables; for any other mesh, return [mesh]."""
     return of_each(mesh, lambda block: block) if isinstance(mesh, pv.MultiBlock) else [mesh]

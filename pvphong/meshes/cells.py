@@ -162,9 +162,10 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
-    """Return two arrays of a mesh's polyhedra: their faces as point indices, and the cells as indices of these faces.
+    """Return the polyhedra of a mesh as two arrays: faces by their points, and cells by their faces.
 
-    The result is None if the mesh has no polyhedra.
+    The first array has the point indices of all faces, the second the face indices of all cells. The result is None if
+    the mesh has no polyhedra.
     """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.GetPolyhedronFaces() is None:
         return None
@@ -175,8 +176,8 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
 def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
     """Find the cells that VTK cannot process because of their type, in three groups by the kind of error.
 
-    Return for each group: the indices of the cells; a function that describes the cell of an index for the message; the
-    allowed values; and the remedy.
+    Return four items for each group: the cells' indices, a function from a cell's index to words for an error message,
+    and, also for the message, the allowed values and the remedy.
     """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
         return []

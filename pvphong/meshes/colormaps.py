@@ -84,8 +84,8 @@ def scalars_of(name: str, colormap: Colormap, mesh: pv.DataSet) -> Scalars:
 def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
     """Return one real number or bool for each row of `values`, shape (n,).
 
-    For rows of several numbers, it is the number in the column that the colormap selects, or else the row's norm. Error
-    messages begin with `label`.
+    For a row of several numbers, the result is the number in the column that the colormap selects. If the colormap
+    selects no column, it is the row's norm. Error messages begin with `label`.
     """
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
@@ -135,7 +135,7 @@ def joined(spans: Iterable[Span]) -> Span:
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """Return a material in which each colormap without `clim` has the range of its array over all meshes as `clim`.
+    """Return a material in which each colormap without `clim` gets one: the range of its array in all meshes.
 
     In a colormap with `categories=True`, True is replaced by the number of distinct values. A colormap whose array is
     invalid is not changed here; lighting a mesh with it raises the error.
@@ -146,7 +146,7 @@ def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
 def unspanned(material: Material) -> dict[str, Colormap]:
     """Return those colormaps of a material, as field → colormap, that depend on the numbers of the whole mesh.
 
-    These have no `clim`, or `categories=True`.
+    A colormap depends on them if it has no `clim`, or has `categories=True`.
     """
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
@@ -165,7 +165,7 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return a material in which each colormap without `clim` has its range in `spans` as `clim`.
+    """Return a material in which each colormap without `clim` gets one: the range in `spans` for its field.
 
     In a colormap with `categories=True`, True is replaced by the number of distinct values in the range.
 
@@ -298,7 +298,9 @@ def colors_by(table: Any, numbers: Any) -> ByteArray:
 
 
 _SCALE = "_colormap"
-"""Suffix of the field array that describes the scalar bar of the unlit colours, after the name of the lit colours."""
+"""Suffix of the name of the field array that describes the scalar bar of the unlit colours. The name of the lit colours
+precedes the suffix.
+"""
 
 
 def put_scale(lit: pv.DataSet, name: str, material: Material, mesh: pv.DataSet) -> None:

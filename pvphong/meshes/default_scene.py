@@ -1,6 +1,6 @@
 """The default scene of a mesh: three lights and a viewer that suit the mesh.
 
-Given lights, or a given scene without a viewer, get only a viewer.
+If lights, or a scene without a viewer, are given, only a viewer is added to them.
 """
 
 from __future__ import annotations

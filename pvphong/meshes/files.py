@@ -267,7 +267,7 @@ def _data_size(part: Any) -> int:
 
 
 def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
-    """Write a mesh to the path `aside`, and check that the file is complete; raise ValueError if writing fails.
+    """Write a mesh to the temporary path `aside`, and check that the file is complete; raise ValueError on failure.
 
     The check is needed because some of VTK's writers do not report failures. `options` are those of PyVista's `save`.
     """
@@ -291,11 +291,11 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
 
 
 def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
-    """Write a mesh to the .vtp file `aside`, with its arrays appended as bytes.
+    """Write a mesh to the temporary .vtp file `aside`, with its arrays appended as bytes.
 
-    The alternative, base64, would take three times as long and a third more space. VTK's writer crashes the process on
-    a full disk. So if the disk may be too small, the file is written to memory first, which takes twice its length, and
-    then to the disk.
+    Base64 instead of bytes would take three times as long and a third more space. VTK's writer crashes the process on a
+    full disk. So if the disk may be too small, the file is made in memory first, and then written to the disk. This
+    takes twice the file's length in memory. `compression` is as for PyVista's `save`.
     """
     lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
@@ -354,7 +354,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 def _clear_old_blocks(target: Path) -> None:
     """Remove files of blocks that the file `target` no longer names, from the folder next to it.
 
-    Those of writers that are still running are kept.
+    Files of writers that are still running are kept.
     """
     marked = re.compile(re.escape(target.stem) + r"-([a-z0-9_]{8})_\d+(_\d+)*\.\w+")
     old = [(block, found[1]) for block in target.with_suffix("").glob("*") if (found := marked.fullmatch(block.name))]

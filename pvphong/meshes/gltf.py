@@ -113,7 +113,7 @@ class _File:
         target : int
             OpenGL's constant for the buffer: vertices or indices.
         **more
-            Further entries of the accessor.
+            Further entries of the accessor's JSON object.
         """
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         data = np.ascontiguousarray(rows).tobytes()
@@ -178,7 +178,7 @@ class _File:
     def lights(self, scene: Scene) -> list[int]:
         """Append those lights of a scene that glTF can represent, and return the indices of their nodes.
 
-        A `LightsWarning` names the others.
+        A `LightsWarning` names the lights that glTF cannot represent.
         """
         nodes, lights, left_out = list[int](), list[dict[str, Any]](), list[str]()
         for light in scene.world_lights:
@@ -201,7 +201,7 @@ class _File:
         return nodes
 
     def write(self, path: Path, nodes: list[int]) -> None:
-        """Write the file, with the nodes of these indices as children of a root node that turns z up to y up."""
+        """Write the file. A root node that turns z up to y up gets `nodes`, indices of other nodes, as its children."""
         root = self.add("nodes", {"name": "z up", "rotation": _Z_UP, "children": nodes})
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         buffer: dict[str, Any] = {"byteLength": len(self.bytes)}

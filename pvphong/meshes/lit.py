@@ -187,7 +187,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
     """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
 
-    Of a PolyData, a shallow copy is returned.
+    If `mesh` is a PolyData, the returned mesh is a shallow copy of it.
     """
     # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
@@ -259,7 +259,7 @@ def shade_blocks(
     Parameters
     ----------
     blocks : pyvista.MultiBlock
-        They are not modified.
+        The blocks; they are not modified.
     scene : Scene
         Scene with a viewer and without bounces.
     own : iterator
@@ -494,7 +494,7 @@ def visibility(
         Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255
         Largest standard error of the colour that a light gives a white surface; for the sky, of the colour that the
-        scene's ambient light gives it. Unless `samples` is given, rays are cast until this error is reached. So the
+        scene's ambient light gives it. If `samples` is not given, rays are cast until this error is reached. So the
         visibility of a dim light may have a larger error. 0 means the default.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
@@ -575,7 +575,10 @@ def normals(
 def vertices_of(
     source: pv.PolyData, maps: Mapping[str, Any], tangents: Any, scene: Scene, setting: Setting
 ) -> Vertices:
-    """Return a surface's vertices for a scene; normals, tangents and visibility are computed at their first use."""
+    """Return a surface's vertices for a scene; normals, tangents and visibility are computed at their first use.
+
+    `maps` and `tangents` are those that `surface_and_maps` returned for the surface.
+    """
     normals = functools.cache(lambda: point_normals(source, backend=setting.backend))
     matrix, occluders, among = setting.matrix, setting.occluders, None
     if isinstance(setting.transport, TransportPart):

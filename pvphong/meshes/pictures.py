@@ -157,8 +157,8 @@ def plot(
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
     """Return a plotter that is set up as by `pyvista.plot`, and a function that shows it and returns the result.
 
-    The options that both use are removed from `options`; those of `add_mesh` stay. `pyvista.plot` itself cannot add a
-    scalar bar to a mesh with RGB colours.
+    Options that the plotter or the function uses are removed from `options`; options of `add_mesh` stay there.
+    `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
     """
 
     def taken(*names: str) -> dict[str, Any]:
@@ -231,9 +231,9 @@ def refuse_colouring(options: Mapping[str, Any], remedy: str = "The colours come
 
 
 def vertex_opacity(options: dict[str, Any]) -> Any:
-    """Remove an array of opacities, or an array's name, from the options of `add_mesh`, and return it.
+    """Remove opacities per vertex from the options of `add_mesh`, and return them: an array, or an array's name.
 
-    If the opacity is a single number or missing, return None and leave the options unchanged. PyVista has no opacities
+    If the option is a single number or missing, return None and leave the options unchanged. PyVista has no opacities
     per vertex for meshes with RGB colours; `with_opacity` adds them.
     """
     if isinstance(options.get("opacity"), Real | np.number | None):
@@ -315,7 +315,7 @@ def drawing_window() -> str:
 def preferring(window: str) -> Iterator[None]:
     """Within the block, make VTK open windows of the class with the name `window`.
 
-    Otherwise VTK searches for a display first, and prints errors if there is none.
+    Without this context, VTK searches for a display first, and prints errors if it finds none.
     """
     if window not in WITHOUT_DISPLAY or _CHOICE in os.environ:
         yield

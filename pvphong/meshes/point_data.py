@@ -87,10 +87,9 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """Return field → meaning, for a material's colour fields that hold a name.
+    """Return the meaning of each name in a material's colour fields, as field → text.
 
-    The meaning says whether the name is taken as a colour, an array, an image or a colormap, as in "the array
-    'height'".
+    The text says whether the name is taken as a colour, an array, an image or a colormap, as in "the array 'height'".
     """
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
@@ -260,7 +259,7 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError for the value of a field that is not the name of a point array; suggest similar names.
+    """Raise ValueError because a field's value is not the name of a point array; suggest similar names.
 
     Parameters
     ----------
@@ -277,8 +276,8 @@ def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
 def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
     """Return the values of a texture at a surface's points, for the material's field `name`.
 
-    For a field of colours these are the texture's colours, and for a field of numbers its grey levels. Those of the
-    shininess are multiplied by `SHINIEST`.
+    For a field of colours these are the texture's colours, and for a field of numbers its grey levels. For the
+    shininess, the grey levels are multiplied by `SHINIEST`.
     """
     if name == "tangents":
         check.refuse(name, "a texture", "a point array, or its name")
@@ -292,7 +291,10 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 
 
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
-    """Return an array, the value of the field `name`; raise ValueError unless it has one row per point of the mesh."""
+    """Return `given` as an array; raise ValueError if it does not have one row per point of the mesh.
+
+    `name` is the field whose value is `given`.
+    """
     if len(given) == mesh.n_cells != mesh.n_points:
         allowed = f"an array with one row per point, {mesh.n_points} rows"
         check.refuse(name, f"{len(given)} rows, one per cell", allowed, _TO_FACES)
@@ -422,9 +424,10 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 
 
 def _texel_numbers(size: int, wrap: int) -> IntArray:
-    """Return the indices of an axis's `size` texels, and those to use outside the image: one before and two after.
+    """Return the indices of the texels along one axis of an image, extended by one index before and two after.
 
-    The indices outside follow from `wrap`, VTK's mode for places outside the image; −1 is the border colour.
+    `size` is the number of texels along the axis. The added indices are the texels to use outside the image, according
+    to `wrap`, VTK's mode for places outside the image; −1 stands for the border colour.
     """
     return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 

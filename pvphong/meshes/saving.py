@@ -147,7 +147,7 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the mesh; raise ValueError unless it is a PolyData, as results of `shade` are."""
+    """Return the mesh if it is a PolyData, as results of `shade` are; otherwise raise ValueError."""
     if not isinstance(mesh, pv.PolyData):
         check.refuse("lit", f"a {type(mesh).__name__}", "a PolyData, as returned by mesh.phong.shade")
     return mesh

@@ -38,8 +38,9 @@ def stage(
         The viewer; by default, PyVista's default view of the mesh. The coordinate axis nearest to its `up` is the
         stage's up direction. The wall of a backdrop is opposite to the viewer.
     spacing : float, default 1/80
-        Distance between points under the mesh, in diagonals of the mesh's bounds, from 0.001 to 0.5; it grows with the
-        distance. Shadows are computed at points, so a smaller spacing makes their edges sharper.
+        Distance between points of the stage under the mesh, as a fraction of the diagonal of the mesh's bounds, from
+        0.001 to 0.5. Far from the mesh, points are farther apart. Shadows are computed at points, so a smaller spacing
+        makes the shadows' edges sharper.
 
     Returns
     -------

@@ -37,7 +37,8 @@ def surface(mesh: pv.DataSet) -> pv.PolyData:
     pyvista.PolyData
         For a PolyData, the mesh itself. For any other dataset, a new mesh with its outer faces, from
         `extract_surface`, and its point and cell arrays. The arrays ``vtkOriginalPointIds`` and ``vtkOriginalCellIds``
-        hold the indices of points and cells in the dataset, with which colours can be transferred back to it.
+        hold the indices of points and cells in the dataset. With these indices, colours can be transferred back to the
+        dataset.
 
     Raises
     ------
@@ -172,8 +173,8 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
         "numba" is compiled code, which needs the extra `fast` and is several times faster than "numpy". The results
         differ by a few roundings. "auto" uses compiled code for large meshes if it is already compiled; so equal calls
         may differ by these roundings. With "numpy" or "numba", equal calls give equal bits. "numba" waits a few seconds
-        for the compiler, once per installation. NumPy may compute the normals of a mesh that has a face with more
-        than 384 corners, or of a size below 2⁻¹⁰⁰ or above 2¹⁰⁰.
+        for the compiler, once per installation. Even with "numba", NumPy may compute the normals of a mesh if a face
+        has more than 384 corners, or if the mesh's size is below 2⁻¹⁰⁰ or above 2¹⁰⁰.
 
     Returns
     -------
@@ -261,11 +262,11 @@ ORIGINAL_POINT = "pvphong_original_point"
 """Name of the point array with each point's index before edges were split."""
 
 _AUTO = 30.0
-"""Default feature angle, that of "auto". The docstrings in `meshes/lit.py` and `plotter.py` repeat it."""
+"""Feature angle in degrees that "auto" stands for. The docstrings in `meshes/lit.py` and `plotter.py` repeat it."""
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
-    """Return the angle above which edges of a surface are split, in degrees; None if none are.
+    """Return the angle above which edges of a surface are split, in degrees; None if no edge is split.
 
     "auto" is replaced as in `split_sharp_edges`.
     """
@@ -395,7 +396,7 @@ def _rebuilt(
     offsets: NDArray[Any],
     place: NDArray[np.int64],
 ) -> pv.PolyData:
-    """Return a mesh with new points and faces, which keeps the arrays and other cells of `mesh`.
+    """Return a mesh with new points and faces, and with the arrays and all other cells of `mesh`.
 
     Parameters
     ----------

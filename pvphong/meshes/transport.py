@@ -69,8 +69,8 @@ def transport(
     feature_angle : float, "auto" or None, default None
         As for `shade`.
     memory : float, default 2e9
-        Memory limit in bytes for the rays' hits, which take 4 bytes × vertices × samples. If they take more, they are
-        not stored, and rays are cast again for each bounce.
+        Memory limit in bytes for the rays' hits. The hits take 4 bytes × vertices × samples. If this exceeds the limit,
+        the hits are not stored, and rays are cast again for each bounce.
 
     Returns
     -------

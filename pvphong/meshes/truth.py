@@ -144,9 +144,9 @@ def truth(
     light others, but paths hit them only by chance; replace a small bright surface by a light. Colours are linear, in
     the units of `shade` with `clamp=False`. Without bounces and shadows they equal those of `pvphong.evaluate`.
 
-    A surface reflects light on the side of its normals, or on both sides if the light model is two-sided. The other
-    side is black and blocks light; so do `occluders`. Blocks of a MultiBlock reflect light to each other. Where a path
-    hits a surface, normals and maps are interpolated between its vertices.
+    A surface reflects light on the side of its normals, or on both sides if the light model is two-sided. A side that
+    reflects no light is black and blocks light, as `occluders` do. Blocks of a MultiBlock reflect light to each other.
+    Where a path hits a surface, normals and maps are interpolated between the surface's vertices.
 
     Parameters
     ----------

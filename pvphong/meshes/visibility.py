@@ -88,7 +88,7 @@ def receiver_of(
     source : pyvista.PolyData
         The surface.
     normals : callable
-        Function that returns its point normals; it is called when they are needed.
+        Function that returns the surface's point normals; it is called when the normals are needed.
     matrix : array_like or None
         Model matrix; None is the identity.
     part : int
@@ -154,7 +154,9 @@ def occluders_of_blocks(
 def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield, for each nonempty dataset of `blocks` in order, the options with which it is lit.
 
-    They are `options` with the dataset's own occluders or, if `visibility` is given for all datasets, its own entry.
+    Each result is a copy of `options` with one change. If `options` has the key "visibility", for a mapping from paths
+    of datasets to visibilities, the mapping is replaced by the dataset's entry. Without this key, the occluders are
+    replaced by those among which the dataset is lit, if the scene needs rays.
 
     Raises
     ------

@@ -82,8 +82,8 @@ def _check_xml(contents: Any) -> None:
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
     """Return the position at which an appended array ends according to its header.
 
-    The header is the number of bytes. For a compressed array, it is the number of blocks, the size of a full block, the
-    size of the last block, and the compressed size of each block.
+    For an uncompressed array, the header is the number of bytes. For a compressed array, it is the number of blocks,
+    the size of a full block, the size of the last block, and the compressed size of each block.
 
     Parameters
     ----------

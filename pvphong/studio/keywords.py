@@ -1,6 +1,6 @@
 """Keywords of PyVista's `Plotter.add_mesh`: some define the material of a lit mesh, others are passed on to PyVista.
 
-Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence are the same as there.
+Source: `pyvista.Plotter.add_mesh` and `add_composite`. Defaults and precedence are the same as in these methods.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _USUAL = {
     "nan_opacity": 1.0,
     "preference": "point",
 }
-"""Defaults of keywords, where they are not None."""
+"""Keyword → its default, for the keywords whose default is not None."""
 
 REFUSED = {
     "backface_params": "Each vertex has one colour for both sides. LightModel(two_sided=True) lights back faces.",
@@ -90,7 +90,7 @@ class ScalarBar(NamedTuple):
     """Options of `pyvista.Plotter.add_scalar_bar`."""
 
     def add_to(self, plotter: pv.Plotter) -> None:
-        """Draw the bar in a plotter. The plotter uses it by default for later scalar bars."""
+        """Draw the bar in a plotter. Later scalar bars of the plotter show the same colours by default."""
         mapper = pv.DataSetMapper(theme=plotter.theme)
         mapper.lookup_table, mapper.scalar_range = self.table, self.table.scalar_range
         plotter.mapper = mapper
@@ -305,7 +305,7 @@ def _has(mesh: pv.DataSet, name: str) -> bool:
 
 
 def _active(mesh: Any) -> str | None:
-    """Return the name of a mesh's active scalars. For a MultiBlock, it is None unless all blocks have the same name."""
+    """Return the name of a mesh's active scalars. For a MultiBlock, return the name in all blocks, or None."""
     if not isinstance(mesh, pv.MultiBlock):
         return mesh.active_scalars_name
     names = {each.active_scalars_name for each in leaves(mesh)}
@@ -362,7 +362,7 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
     colors : Any
         Value for `Material.albedo`.
     opacities : ndarray or None
-        An opacity for each vertex or cell; None unless the array has 4 columns.
+        An opacity for each vertex or cell, if the array has 4 columns; None if it has 3.
     """
     if isinstance(scalars, str):
         rows = _named(mesh, scalars, preference)

@@ -44,7 +44,7 @@ _ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Raise the given error, which prevents lighting, when a mesh is to be updated."""
+    """Raise `error`. This function takes the place of one that updates a mesh, if `error` prevents all lighting."""
     raise error
 
 
@@ -132,9 +132,9 @@ class LitActors:
         return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
-        """Add a mesh, whose colours are then updated before each frame until its actor is removed.
+        """Add a mesh. Its colours are updated before each frame, until its actor is removed.
 
-        With a tolerance `refine`, the window shows the mesh refined within it.
+        With a tolerance `refine`, the window shows the mesh refined within this tolerance.
         """
         self._meshes.append(mesh)
         if refine is not None:

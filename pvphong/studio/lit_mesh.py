@@ -180,8 +180,9 @@ class LitMesh:
             Bounced light, shape (1, n, 3). A change is detected by identity, so pass a new array instead of editing the
             last one.
         display : Display, optional
-            Transform that shows the colours. With another than the default one, the light model does not clamp, so that
-            a lower exposure shows what was too bright. Then a change of the display alone lights nothing again.
+            Transform that shows the colours. For a display other than the default, the light model does not clamp, so
+            that a lower exposure shows what was too bright. The mesh is not lit again if one such display replaces
+            another.
 
         Raises
         ------
@@ -255,7 +256,8 @@ class LitMesh:
     def as_shown(self) -> pv.PolyData:
         """Return a copy of what the window shows of the mesh, with linear colours as float32.
 
-        This may be a refined mesh. With another display than the default one, it is the mesh's own surface.
+        With the default display, this is a refined mesh if the window shows one. With any other display, it is the
+        mesh's own surface.
         """
         if self._linear is not None:
             copied = self.drawn.copy()
@@ -360,7 +362,7 @@ class LitMesh:
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
     def _values(self, name: str, given: AnyMap) -> Any:
-        """Return the values of the map of the field `name` at the drawn points.
+        """Return the values at the drawn points of the map `given`, the value of the material's field `name`.
 
         Textures and colormaps are sampled again only if they have changed.
         """

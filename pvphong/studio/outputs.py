@@ -65,7 +65,8 @@ class Outputs:
     def _prepared(self, waits: bool) -> Iterator[None]:
         """Update the colours, and hide the gizmos during the block.
 
-        Usually a frame updates the colours, but an exporter draws none. With `waits`, wait until meshes are refined.
+        Usually a frame updates the colours, but an exporter draws no frame. With `waits`, wait until refined pictures
+        are made.
         """
         interactions = [each.interaction for each in self._subplots if each.interaction is not None]
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)

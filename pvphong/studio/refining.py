@@ -87,8 +87,8 @@ class Refining:
     ) -> None:
         """Show the refined picture of the mesh's current state, or start to make it.
 
-        It is shown once it is made. Work on it starts after a moment without changes. The mesh's colours must be up to
-        date.
+        The picture is shown once it is made. Work on it starts after a moment without changes. The mesh's colours must
+        be up to date.
 
         Parameters
         ----------

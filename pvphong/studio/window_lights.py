@@ -48,7 +48,10 @@ class RendererLight:
         self._own, self._name = self._own and replace(self._own, name=name), name
 
     def light(self, viewer: Viewer) -> Light:
-        """Return the current light. If code has changed the `vtkLight`, it is converted from it, for this viewer."""
+        """Return the current light.
+
+        If code has changed the `vtkLight`, the result is converted from the `vtkLight`, with the distance of `viewer`.
+        """
         fields = _fields(self.vtk_light)
         if self._own is not None and fields == self._written:
             return self._own
@@ -177,7 +180,7 @@ class WindowLights:
         return check.refuse("which", which, allowed + (f", or one of the names {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
-        """Remove the light that `which` selects as for `find`, its actor, and its entry in PyVista's list of lights."""
+        """Remove a light, its actor, and its entry in PyVista's list of lights; `which` selects it as for `find`."""
         renderer_light = self.find(which)
         light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
@@ -232,7 +235,7 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """Return `wanted` if it is not in `taken`; otherwise, append the lowest number from 2 with which it is free."""
+    """Return the name `wanted` or, if it is in `taken`, this name with the lowest number, from 2, that is not taken."""
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1

@@ -232,7 +232,8 @@ def next_material(material: Material, step: int) -> Material:
     """Return the named material that follows a material in the table; with `step` −1, the one that precedes it.
 
     For a material that is not in the table, the result is the table's first one, or with `step` −1 its last one. The
-    result keeps albedo and tangents. It also keeps the reflectance, unless the old or new named material has one.
+    result keeps albedo and tangents of `material`. It also keeps the reflectance if neither the old nor the new named
+    material has one.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
@@ -244,7 +245,7 @@ def next_material(material: Material, step: int) -> Material:
 def name_of(material: Material) -> str:
     """Return the name of a material in the table of named materials; "" if it is not in the table.
 
-    Albedo, tangents and reflectance are not compared, unless the named material has a reflectance.
+    Albedo and tangents are not compared. Reflectances are compared only with named materials that have one.
     """
     bare = replace(material, albedo=1.0, tangents=None)
     plain = replace(bare, reflectance=None)
@@ -380,7 +381,7 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
 
 
 def change_light(gizmos: Gizmos, gizmo: Gizmo, act: Callable[[Gizmos, Gizmo], Light | None]) -> None:
-    """Call `act` with the gizmos and a gizmo, and set the gizmo's light to the result, unless it is None."""
+    """Call `act` with the gizmos and a gizmo. If the result is a light, set the gizmo's light to it."""
     changed = act(gizmos, gizmo)
     if changed is not None:
         gizmo.renderer_light.set(changed, gizmos.lights.viewer)

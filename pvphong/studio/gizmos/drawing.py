@@ -32,7 +32,10 @@ _NEAR = 1e-3
 
 
 def hue(light: Light) -> Vector:
-    """Return the colour in which a light is drawn: its own, scaled to a largest channel of 1; dimmed if it is off."""
+    """Return the colour in which a light is drawn: the light's colour, scaled so that its largest channel is 1.
+
+    The colour is dimmed if the light is off.
+    """
     color = np.array(rgb(light.diffuse))
     full = color / color.max() if color.any() else np.full(3, 0.6)
     red, green, blue = (full if light.on else full * _OFF).tolist()
@@ -103,7 +106,7 @@ class Drawing:
         self._add_lines(self.view.project(segments), strength)
 
     def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """Add the head of an arrow whose tip is at a world point, and which points along a world direction.
+        """Add the head of an arrow that points along the world direction `along`, with its tip at the world point.
 
         `strength`, from 0 to 1, is its brightness. Its size on the screen is constant.
         """
@@ -164,7 +167,7 @@ class Drawing:
             self._add_lines(middle + np.stack([9.0 * rays, 14.0 * rays], axis=1), 1.0)
 
     def handle(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a dot at a world point, which can be grabbed; larger and with a white ring if hovered."""
+        """Add a dot for a handle at a world point; larger and with a white ring if hovered."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -173,7 +176,7 @@ class Drawing:
         self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a ring around a world point, which can be grabbed; with a second, white ring if hovered.
+        """Add a ring for a handle around a world point; with a second, white ring if hovered.
 
         Unlike a dot, a ring does not cover what is inside.
         """
@@ -230,7 +233,7 @@ _LETTER = (7.5, 18.0)  # largest size of a character in other texts, in pixels
 class Overlay:
     """What VTK draws over the picture: lines with dark edges, areas above them, and texts.
 
-    They are not lit, cannot be picked, and do not count for the scene's bounds.
+    These elements are not lit, cannot be picked, and do not count for the scene's bounds.
     """
 
     def __init__(self) -> None:
@@ -293,13 +296,16 @@ class Overlay:
         actor.SetVisibility(bool(text) and self._is_shown)
 
     def status(self, text: str, size: tuple[float, float]) -> None:
-        """Show a text in the lower right corner of a subplot whose size in pixels is given; an empty text hides it."""
+        """Show a text in the lower right corner of a subplot of `size` pixels; an empty text shows nothing."""
         width = max(int((size[0] - 2 * _MARGIN) / _LETTER[0]), 8)
         self._status.SetPosition(size[0] - _MARGIN, _MARGIN)
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text next to the cursor, on the side where a subplot of this size has room; an empty text hides it."""
+        """Show a text next to the cursor, on the side where there is room; an empty text shows nothing.
+
+        `cursor` is a position in pixels, and `size` the size of the subplot in pixels.
+        """
         lines = text.split("\n")
         needed = _FROM_CURSOR + _LETTER[0] * max(map(len, lines)), _FROM_CURSOR + _LETTER[1] * len(lines)
         right, up = (
@@ -315,7 +321,7 @@ class Overlay:
         self._show_text(self._readout, text)
 
     def help(self, text: str, size: tuple[float, float]) -> bool:
-        """Show a text in the upper left corner of a subplot whose size in pixels is given; an empty text hides it.
+        """Show a text in the upper left corner of a subplot of `size` pixels; an empty text shows nothing.
 
         Return True if the text fits at its normal size. Otherwise the text is shrunk to fit, and there is no room for
         other texts.

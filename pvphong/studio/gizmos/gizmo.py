@@ -31,7 +31,7 @@ Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 
 @dataclass(frozen=True)
 class Options:
-    """Options of `plotter.phong.add_gizmos`, which describes them."""
+    """Options of `plotter.phong.add_gizmos`; its docstring describes them."""
 
     in_screenshots: bool
     angle_step: float
@@ -109,8 +109,8 @@ class Gizmo(Handle):
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
         """Return the light in world coordinates, with the scene around it, as the view's viewer sees it.
 
-        A headlight keeps its frame. The icon of a light without a position is in front of the scene, or where a drag
-        has left it.
+        A headlight keeps the frame "headlight". The icon of a light without a position is in front of the scene, or
+        where a drag has left it.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Gizmo(Handle):
             The subplot.
         grabbed : str
             Name of the handle with which a drag begins; "" for none. If the drag turns a light without a position,
-            `LightInScene.held` chooses its pivot, which is kept until the scene changes.
+            `LightInScene.held` chooses the light's pivot. The pivot is kept until the scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
@@ -222,9 +222,9 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Centre and size of what the window draws, by which icons are placed.
+        """Centre and size of what the window draws. Icons are placed relative to them.
 
-        If nothing is drawn, they are those of the camera's view.
+        If nothing is drawn, centre and size are those of the camera's view.
         """
         bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))

@@ -123,9 +123,11 @@ class LightInScene:
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """Return how far from the icon the target in an aim's direction is drawn.
+        """Return the distance from the light's icon to the drawn target of an aim, a vector `direction`.
 
-        For a light with a position, it is the length of `direction`, if a target there can be seen and grabbed.
+        For a light with a position, this is the length of `direction`. A length at which the target could not be seen
+        or grabbed is replaced, about by the distance to the scene's centre. For a light without a position, the
+        distance is a fixed fraction of the scene's size.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -136,7 +138,7 @@ class LightInScene:
         return max(float(np.linalg.norm(self.scenery.center - self.origin)), 0.5 * size)
 
     def target(self, direction: Any) -> Float64Array:
-        """Return the world position at which the target in an aim's direction is drawn."""
+        """Return the world position at which the target of an aim, a vector `direction`, is drawn."""
         return self.origin + self.reach(direction) * np.array(unit_vector(direction))
 
     @property
@@ -209,7 +211,10 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Add circles of a radius around the icon, by default three that show a sphere, unless they are too large."""
+        """Add circles of a radius around the icon. Circles much larger than the scene are left out.
+
+        `normals` are the circles' unit normals, shape (n, 3); by default, three circles show a sphere.
+        """
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
                 drawing.line(circle(self.origin, normal, radius), strength)
@@ -268,7 +273,7 @@ class Handle:
         return None
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light to which a drag leads that began at `start`, if the cursor is at `cursor`."""
+        """Return the changed light, for a drag that began at `start` and has moved the cursor to `cursor`."""
         raise NotImplementedError
 
     @property
@@ -288,7 +293,10 @@ class Handle:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Texts of the readout, or "": a line for positions and directions; an entry for sizes and angles."""
+        """Two texts of the readout; "" leaves a text out.
+
+        The first is a line for a position or direction. The second is an entry in the line of sizes and angles.
+        """
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
@@ -297,7 +305,7 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """Handle of a position, or of the centre of corners, which all move with it. A moved light keeps its target."""
+    """Handle of a position, or of the centre of corners. All corners move with it. A moved light keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
@@ -305,7 +313,10 @@ class PlaceHandle(Handle):
         return np.mean(np.atleast_2d(self.value), axis=0)
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light moved to the typed coordinates and aimed at the same target, or unchanged if it is there."""
+        """Return the light moved to the typed coordinates, and still aimed at its target.
+
+        If the coordinates are those of the target, the light is returned unchanged.
+        """
         point = np.array(list(numbers.values()))
         offset = point - self.middle
         if not offset.any():
@@ -552,7 +563,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """If the light is selected, add spheres at the distances where 1/2 and 1/256 of it remain."""
+        """If the light is selected, add spheres at the distances at which 1/2 and 1/256 of its intensity remain."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -622,14 +633,14 @@ def _nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Return the number for which a point appears nearest to the handle's new place on the screen, by a search.
+    """Search for the number whose world point appears nearest to the handle's new place on the screen.
 
     Parameters
     ----------
     start, cursor
         The drag.
     places : callable
-        Maps numbers, shape (n,), to world points, shape (n, 3).
+        Maps numbers, shape (n,), to their world points, shape (n, 3).
     tried : numpy.ndarray
         Increasing, evenly spaced candidates. The best one is then refined.
     reluctance : float, default 0
@@ -656,8 +667,9 @@ def _nearest(
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
     """Return the distance from the light to the point to which the cursor has moved a handle, > 0.
 
-    It is measured along the axis `along`, or by default parallel to the picture. It is rounded to the grid if the
-    cursor snaps. None if the cursor has not moved, or the light is not in front of the eye.
+    The distance is measured along the axis `along`, or by default parallel to the picture. If the cursor snaps, the
+    distance is rounded to the grid. The result is None if the cursor has not moved, or the light is not in front of the
+    eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():

@@ -27,7 +27,7 @@ _ASKED = 20_000
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of a surface and its unit normal there, which is turned to the eye."""
+    """A point of a surface, and the surface's unit normal at this point, turned to the eye."""
 
     point: Vector
     normal: Vector
@@ -171,7 +171,7 @@ class Surfaces:
             self._picker.AddLocator(locator)
 
     def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
-        """Return the mesh under the cursor, whose position is in pixels of the window; None if there is none."""
+        """Return the mesh under the cursor, a position in pixels of the window; None if no mesh is there."""
         if not self._picker.Pick(*cursor, 0.0, self._renderer):
             return None
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())

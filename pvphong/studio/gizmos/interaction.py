@@ -86,10 +86,10 @@ class Edit:
 
 
 class Drag(Edit):
-    """An edit by dragging a handle, which was at the world position `point`.
+    """An edit by dragging a handle; `point` is the handle's world position at the start.
 
-    The light depends only on the state at the start and on the cursor. An exception is a highlight that is dragged off
-    the surface, which leaves the light as it is.
+    The light depends only on the state at the start and on the cursor. Exception: while a highlight is dragged off the
+    surface, the light stays as it is.
     """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:

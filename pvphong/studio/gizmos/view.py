@@ -223,7 +223,8 @@ class Scenery:
     anchor : tuple of float
         Point that stays fixed while a light without a position is turned.
     behind : float, default 0
-        Distance from the anchor back to the icon of such a light, opposite to its aim.
+        Distance from the anchor to the icon of a light without a position. The icon is behind the anchor, opposite to
+        the light's aim.
     """
 
     center: Vector
