@@ -76,9 +76,9 @@ def connected(client: Any, workers: int | None, pieces: int) -> Iterator[Client 
             yield Here()
             return
         remedy = "Run: pip install dask distributed. Without Dask, light each file by its own call."
-        check.refuse("client", f"no Dask ({error})", "a Dask client, for which Dask must be installed", remedy)
+        check.refuse("client", f"no Dask ({error})", "a client of Dask, so Dask must be installed", remedy)
     if client is not None and workers is not None:
-        check.refuse("workers", workers, "omitted with a client, whose cluster has its own workers")
+        check.refuse("workers", workers, "omitted with a client, because its cluster has workers")
     if client is not None and not isinstance(client, (str, Client)):
         check.refuse("client", client, _ADDRESS)
     with ExitStack() as held:

@@ -156,13 +156,13 @@ class Lighting:
         changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
         if self.scalars is not None:
             if self.albedo is not None:
-                check.refuse("--albedo", self.albedo, "omitted with --scalars, which set the albedo")
+                check.refuse("--albedo", self.albedo, "omitted with --scalars, because --scalars sets the albedo")
             clim = None if self.clim is None else _value(self.clim)
             cmap: Any = self.cmap.split(",") if self.cmap is not None and "," in self.cmap else self.cmap
             changes["albedo"] = Colormap(self.scalars, cmap, clim)
         for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
             if text is not None and self.scalars is None:
-                check.refuse(option, text, "used with --scalars, which names the array")
+                check.refuse(option, text, "used together with --scalars, the name of the array")
         if self.tangents is not None:
             changes["tangents"] = self.tangents
         if self.reflectance is not None:

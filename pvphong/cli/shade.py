@@ -116,7 +116,7 @@ def shade(
         _refuse_given({"--max-points": max_points}, "used with --refine")
     else:
         given = {"--components": components, "--tolerance": tolerance if tolerance else None}
-        _refuse_given(given, "omitted with --refine, which computes exact colours only")
+        _refuse_given(given, "omitted with --refine, because --refine computes only exact colours")
     target = Path(output)
     suffix = target.suffix.lower()
     are_many, names_folder = bool(more) or is_pattern(mesh), output.endswith(("/", os.sep)) or os.path.isdir(target)
@@ -129,7 +129,7 @@ def shade(
     if is_folder:
         _refuse_given({"--refine": refine}, "omitted for many files; refine each file by its own command")
         if workers is not None and scheduler is not None:
-            check.refuse("--workers", workers, "omitted with --scheduler, which has its own workers")
+            check.refuse("--workers", workers, "omitted with --scheduler, because the scheduler has workers")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
         return _shade_many((mesh, *more), output, lighting, options)
     allowed = "omitted for a single mesh and an output file (it applies to many files and -o FOLDER/)"

@@ -277,7 +277,7 @@ def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
     """
     if span.low > span.high:
         remedy = "With clim=(0, 1), they are drawn in the colour of NaN."
-        check.refuse(f"{name}'s scalars", "only NaN or infinity", "finite in some rows unless clim is given", remedy)
+        check.refuse(f"{name}'s scalars", "only NaN or infinity", "finite in some rows if clim is omitted", remedy)
     if not log_scale or span.low >= 0.0:
         return span.low, span.high
     if not span.high > 0.0:

@@ -211,7 +211,7 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
     for array, what in ((data.GetNormals(), "normals"), (data.GetTCoords(), "texture coordinates")):
         if array is not None and array.GetName() == name:
             allowed = "different from the names of the mesh's normals and texture coordinates"
-            check.refuse("name", f"{name!r}, the name of its {what}", allowed, 'The default is "phong".')
+            check.refuse("name", f"{name!r}, the name of the mesh's {what}", allowed, 'The default is "phong".')
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:

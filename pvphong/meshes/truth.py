@@ -222,4 +222,4 @@ def _refuse_more_than_all(reflector: Reflector) -> None:
         if np.nanmax(color, initial=0.0) > 1.0 + _ROUNDED:
             got = f"up to {np.nanmax(color):.4g} of the light"
             remedy = "The sum over bounces would diverge. Reduce diffuse, or pass max_bounces=0."
-            check.refuse("diffuse", got, "at most 1 in each channel, multiplied by the albedo", remedy)
+            check.refuse("diffuse", got, "at most 1 in each channel after multiplication by the albedo", remedy)

@@ -46,7 +46,7 @@ REFUSED = {
     f"{SHADE} --scalars height --clim 8,0": "clim must be two finite numbers, the smaller first",
     f"{SHADE} --scalars height --clim nan,1": "clim must be two finite numbers, the smaller first",
     f"{SHADE} --scalars height --albedo red": "--albedo must be omitted with --scalars",
-    f"{SHADE} --cmap terrain": "--cmap must be used with --scalars",
+    f"{SHADE} --cmap terrain": "--cmap must be used together with --scalars",
     f"{SHADE} --scene other.json": '--scene must be a scene file, a JSON object with "format": "pvphong scene"',
     f"{SHADE} --scene parts.json": "material must be one material, or a mapping with the key 'default'",
     f"{SHADE} --occluder roof.vtp": "--occluder must be used with shadows, ambient occlusion or bounces; got roof.vtp.",

@@ -254,7 +254,7 @@ def test_validate_has_vtk_draw_the_same_colours():
             ph.Colormap("both"),
             r"^albedo's scalars must be the name of one array.*; got 'both', the name of two arrays.*preference=",
         ),
-        (ph.Colormap("empty"), r"^albedo's scalars must be finite in some rows unless clim is given"),
+        (ph.Colormap("empty"), r"^albedo's scalars must be finite in some rows if clim is omitted"),
         (ph.Colormap("rock"), r"^albedo's scalars 'rock' must be .*an array of strings.*np\.unique"),
         (ph.Colormap("below", log_scale=True), r"^albedo's scalars must be an array with numbers > 0 for log_scale"),
         (

@@ -237,7 +237,7 @@ def test_colours_take_no_name_of_what_the_mesh_is_lit_by(name, of):
     plane = pv.Plane(i_resolution=2, j_resolution=2)
     plane.point_data["uv"] = plane.active_texture_coordinates
     plane.point_data.active_texture_coordinates_name = "uv"
-    with pytest.raises(ValueError, match=f"^name must be different from .* got '{name}', the name of its {of}"):
+    with pytest.raises(ValueError, match=f"^name must be different from .* got '{name}', the name of the mesh's {of}"):
         plane.phong.shade(name=name)
 
 

@@ -338,7 +338,7 @@ def test_angles_stay_above_half_of_the_smallest():
 
 
 def test_colours_take_no_name_of_normals_and_those_that_are_made_have_another():
-    with pytest.raises(ValueError, match=r"^name must be different from .* got 'Normals', the name of its"):
+    with pytest.raises(ValueError, match=r"^name must be different from .* got 'Normals', the name of the mesh's"):
         refine(pv.Sphere(), SUNNY, MATT, tolerance=0.1, name="Normals")
     bare = pv.Sphere()
     bare.clear_data()

@@ -88,7 +88,7 @@ KINDS: dict[str, Kind] = {
     "duplicate_faces": Kind(
         _TURNED,
         True,
-        "with the same points in the same order as an earlier one; both count in the normals there",
+        "with the same points in the same order as an earlier face; both faces count in the normals there",
         "Remove them:",
     ),
     "far_faces": Kind(
@@ -143,7 +143,7 @@ KINDS: dict[str, Kind] = {
     "duplicate_points": Kind(
         None,
         False,
-        "at the position of an earlier one: a seam, across which computed normals are not smooth",
+        "at the position of an earlier point: a seam, across which computed normals are not smooth",
         "Merge them if no seam is intended: mesh.clean().",
     ),
     "unused_points": Kind(

@@ -297,7 +297,7 @@ def test_the_text_names_every_finding_and_its_remedy():
         "  spoils: 1 cell with an index out of range",
         "  spoils: 1 edge (37 % of the surface) whose two faces have opposite fronts",
         "    (0, 2)\n",
-        "  note: 4 points at the position of an earlier one",
+        "  note: 4 points at the position of an earlier point",
         "    4, 5, 6, 7\n",
         "  note: the matrix mirrors",
     ):
