@@ -3,7 +3,7 @@
 Points of several pieces are the same if all their coordinates are equal. A piece sends the faces that have a corner on
 its border. It receives those faces of other pieces that have a corner at one of its border points. With these, all
 faces around its points are known, and normals and sharp edges are those of the whole surface. If the pieces are parts
-of a volume, a face between two pieces occurs twice, with opposite normals, which cancel.
+of a volume, a face between two pieces occurs twice; its two normals are opposite and cancel.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def without_ghosts(surface: pv.PolyData) -> pv.PolyData:
 def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
     """Return a mesh with only those cells for which the mask `kept` is True.
 
-    Points of removed cells are removed too, unless a kept cell uses them. Points that no cell used stay.
+    Points that only removed cells used are removed too. Points that no cell used stay.
     """
     has_cell, is_kept = np.zeros(mesh.n_points, bool), np.zeros(mesh.n_points, bool)
     found: list[tuple[Any, Any]] = []

@@ -369,12 +369,12 @@ class _Run:
         return [piece for piece in pieces if piece.output not in self._results]
 
     def _end(self, piece: Piece, result: Result) -> None:
-        """Record the result of a piece, unless it has one already."""
+        """Record the result of a piece, if the piece has no result yet."""
         if piece.output not in self._results:
             self._results[piece.output] = result
             self._count(1)
 
 
 def _found_anywhere(piece: Piece) -> Piece:
-    """Return a piece with absolute paths, which worker processes in other folders find too."""
+    """Return a piece with absolute paths, so that worker processes in other folders find its files."""
     return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())

@@ -11,9 +11,9 @@ Exit status:
 In reading order:
 
 - `supervisor`: parent process, which reports a crash of its child in one line.
-- `app`: table of commands, which are imported on demand.
+- `app`: table of commands; each command is imported on demand.
 - `options`: common options, reading of inputs, and progress.
-- `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands, which call
+- `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands. They call
   `mesh.phong` or `plotter.phong`.
 - `compile`: command that compiles the fast evaluator.
 """

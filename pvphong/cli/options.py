@@ -68,7 +68,7 @@ Verbose = Annotated[
 
 @dataclass(frozen=True)
 class Lighting:
-    """Options for lights, material and occluders, which all commands share.
+    """Options that commands share, for lights, material and occluders.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Lighting:
         Ambient reflectance, instead of the material's: a number, three numbers as in 1,0.5,0.2, or the name of a
         colour.
     diffuse
-        Diffuse reflectance: as for --ambient, or the name of a point array, or an image file, which is mapped by the
+        Diffuse reflectance: as for --ambient, or the name of a point array, or an image file. An image is mapped by the
         mesh's texture coordinates.
     specular
         Specular reflectance, given as for --diffuse.
@@ -228,7 +228,7 @@ class Lighting:
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """Read and return the meshes of the options --occluder, which also cast shadows."""
+        """Read and return the meshes of the options --occluder. They cast shadows too."""
         return [read_mesh(path) for path in self.occluder]
 
 

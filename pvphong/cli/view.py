@@ -105,7 +105,7 @@ def show(
     feature_angle
         As for `shade`.
     occluders : sequence
-        Additional meshes, which are shown and cast shadows if the scene has shadows.
+        Additional meshes. They are shown, and cast shadows if the scene has shadows.
     display : Display
         Transform that shows the colours.
 

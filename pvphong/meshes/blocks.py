@@ -132,7 +132,7 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
 def common_or_named(materials: Mapping[str, Surface]) -> dict[str, Surface]:
     """Shorten a mapping from paths of blocks to materials: if all materials are equal, return {"default": material}.
 
-    Otherwise, return the mapping unchanged.
+    If materials differ, return the mapping unchanged.
     """
     found = list(materials.values())
     return {DEFAULT: found[0]} if found and all(each == found[0] for each in found) else dict(materials)

@@ -1,7 +1,7 @@
 """A quick check before a mesh is lit: warns of stored normals that do not fit, and of faces that look inwards.
 
-Only some faces are checked, which takes about 100 microseconds for any mesh, and the check is not repeated while the
-mesh is unchanged. If most of these faces do not fit the stored normals, all faces are checked as in `pvphong.diagnose`
+Only some faces are checked; this takes about 100 microseconds for any mesh. The check is not repeated while the mesh is
+unchanged. If most of the checked faces do not fit the stored normals, all faces are checked as in `pvphong.diagnose`
 before a warning is given.
 """
 

@@ -100,7 +100,7 @@ class _File:
         return len(self.lists[kind]) - 1
 
     def array(self, rows: NDArray[Any], kind: int, shape: str, target: int, **more: Any) -> int:
-        """Append an array to the binary data, and return the index of its accessor, by which glTF refers to it.
+        """Append an array to the binary data; return the index of its accessor, the object that describes it in glTF.
 
         Parameters
         ----------

@@ -326,7 +326,7 @@ def texture_colors(texture: Any, source: pv.PolyData, name: str = "albedo") -> F
 
     The texture's `wrap` is used. Its `interpolate` and `mipmap` are ignored, because vertices are not pixels; opacity
     is ignored too. If the texture is marked as sRGB (`texture.UseSRGBColorSpaceOn()`), texels are converted to linear
-    before interpolation, as in OpenGL 4.6 (specification, 8.24). Otherwise they are used unchanged.
+    before interpolation, as in OpenGL 4.6 (specification, 8.24). Texels of all other textures are used unchanged.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def stage(
     Returns
     -------
     pyvista.PolyData
-        A surface without normals, whose front is above. It is lit like any other mesh.
+        A surface without normals; its front is the upper side. It is lit like any other mesh.
 
     Raises
     ------

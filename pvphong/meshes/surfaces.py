@@ -297,9 +297,10 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
     Returns
     -------
     surface : pyvista.PolyData
-        The mesh itself if it has no faces, for None, or if "auto" splits nothing. Otherwise a new mesh with all arrays
-        and the point array ``pvphong_original_point``, int64, with the original index of each point. If `mesh` is the
-        result of an earlier split, these are the indices before the earlier split. Triangle strips become triangles.
+        The mesh itself if it has no faces, if `feature_angle` is None, or if "auto" splits nothing. In all other cases,
+        a new mesh with all arrays and the point array ``pvphong_original_point``, int64, with the original index of
+        each point. If `mesh` is the result of an earlier split, these are the indices before the earlier split.
+        Triangle strips become triangles.
     points : ndarray or None
         Index in `mesh` of each point of the surface, shape (n_points,); None if the surface is `mesh` itself.
 

@@ -46,7 +46,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Return a mask of the faces that `polygons` returns: True unless VTK's ghost array hides the face's cell.
+    """Return a mask of the faces that `polygons` returns: False for faces of cells that VTK's ghost array hides.
 
     Without a ghost array, the mask is [True], which can be broadcast.
     """
@@ -81,7 +81,7 @@ def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> Blocki
 def receiver_of(
     source: pv.PolyData, normals: Callable[[], FloatArray], matrix: MatrixLike | None, part: int
 ) -> Receiver:
-    """Return the vertices of a surface, which receive light, in world coordinates.
+    """Return the vertices of a surface, in world coordinates, as receivers of light.
 
     Parameters
     ----------

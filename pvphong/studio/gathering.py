@@ -36,7 +36,7 @@ class _Gathered(NamedTuple):
     """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
-    """Lights, light model, versions of the meshes, and number of rays, for which the light was computed."""
+    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays."""
     geometry: Any
     """The meshes, and their `LitMesh.geometry` when the light was computed."""
     bounces: int

@@ -1,4 +1,4 @@
-"""Lit actors: the lit meshes of one renderer, whose colours are updated before each frame.
+"""Lit actors: the lit meshes of one renderer. Their colours are updated before each frame.
 
 Visible meshes cast shadows on each other. A mesh that cannot be lit is not drawn, and the window shows the reason.
 """
@@ -285,7 +285,7 @@ class LitActors:
     def _is_on_screen(self) -> bool:
         """True if the window is on the screen, where a later frame can show the final light.
 
-        Off the screen, there may be only one frame, which must show the final light.
+        Off the screen, there may be only one frame, and this frame must show the final light.
         """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()

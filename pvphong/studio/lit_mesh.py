@@ -117,7 +117,7 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A value that changes with geometry, material and arrays, by which changes are found; cheap to compare."""
+        """A value that changes if geometry, material or arrays change; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
@@ -385,7 +385,7 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """Return a VTK object and its modification time, by which a change of the object is found.
+    """Return a VTK object with its modification time. The result differs after a change of the object.
 
     The reference is kept so that no new object gets the same address. The object is wrapped in a `Map`, which compares
     by identity, because VTK arrays compare by value.

@@ -1,4 +1,4 @@
-"""Live handles: objects for a light and for a drawn mesh in a window, whose fields are read and set as attributes.
+"""Live handles: objects for a light or a drawn mesh in a window. Fields are read and set as the objects' attributes.
 
 Each assignment creates a new light or material, with the usual checks. The next frame shows it.
 """

@@ -25,7 +25,7 @@ _METHODS = (
 
 
 class Outputs:
-    """The methods of one plotter that make pictures and exports, which update colours and hide gizmos first.
+    """The methods of one plotter that make pictures and exports. They update colours and hide gizmos first.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class Subplot:
 
     @property
     def scene(self) -> Scene:
-        """The current lights, viewer and light model as a scene, which does not change later."""
+        """The current lights, viewer and light model, as an immutable scene."""
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:

@@ -159,7 +159,7 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
     zero : float
         Height at which an error of 0 is drawn. This height gets a tick label.
     tolerance : float
-        Tolerance of the report, which must be visible.
+        Tolerance of the report. The limits must include it.
     """
     from matplotlib.ticker import FixedLocator, LogLocator
 
@@ -267,7 +267,7 @@ def linked_pictures(report: Result) -> list[Picture]:
 def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
     """Return the mask of an image's pixels that show the mesh, shape (height, width).
 
-    These are the pixels whose colour differs from that of the top left pixel, which shows the background.
+    The top left pixel shows the background. Pixels of any other colour show the mesh.
     """
     covered: BoolArray = (pixels != pixels[0, 0]).any(axis=2)
     return covered

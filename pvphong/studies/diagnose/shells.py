@@ -24,7 +24,7 @@ def inside_out_faces(
     A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
     its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles (p,
     q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards. An inward part inside
-    an outward one is the wall of a cavity, which is correct.
+    an outward one is the wall of a cavity, and has the right orientation.
 
     Parameters
     ----------

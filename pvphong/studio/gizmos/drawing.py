@@ -198,7 +198,7 @@ class Drawing:
     def _area(self, corners: Float64Array, color: Vector, edge: Vector, wide: float = 1.5) -> None:
         """Add a convex polygon, given by its corners in pixels, shape (k, 2).
 
-        `edge` is the colour of its edge, which extends `wide` pixels beyond the corners.
+        `color` fills the polygon. An edge of the colour `edge` extends `wide` pixels beyond the corners.
         """
         away = corners - corners.mean(axis=0)
         grown = corners + wide * away / np.linalg.norm(away, axis=1, keepdims=True)

@@ -95,7 +95,7 @@ class Gizmo(Handle):
 
     @property
     def highlight(self) -> Vector | None:
-        """World position of the light's highlight on the lit meshes, which can be dragged too.
+        """World position of the light's highlight on the lit meshes. The highlight can be dragged too.
 
         None if there is no highlight, or the gizmo is not selected.
         """

@@ -29,7 +29,7 @@ ORIGIN = "origin"
 """Name of the handle at the icon of a light without a position. The light's aim has another handle, at the target."""
 
 INTENSITY = "intensity"
-"""Name of the handle for the light's intensity, which has no position and can only be typed."""
+"""Name of the handle for the light's intensity. It has no position; the intensity can only be typed."""
 
 # Length of the arrow of a light without a position, in scene sizes.
 _ARROW = 0.6 * STANDS_OFF
@@ -90,7 +90,7 @@ class LightInScene:
         """Handles of the light, as name → handle.
 
         A handle has the name that its role defines. If another handle has that name already, the handle has the name of
-        its field. The last handle is the intensity, which has no position and can only be typed.
+        its field. The last handle is for the intensity. It has no position; the intensity can only be typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -247,7 +247,7 @@ class LightInScene:
 class Handle:
     """Handle of one field of a light in a window. `dragged` and `typed` return the changed light, in world coordinates.
 
-    This base class represents a number without a position, which can only be typed.
+    This base class is for a number that can only be typed; it has no position in the window.
 
     Parameters
     ----------
