@@ -50,7 +50,10 @@ evaluate = _taking_chunks(evaluation.evaluate)
 
 
 def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the per-vertex arrays by name: arrays among the arguments, and the material's maps and tangents."""
+    """Return the per-vertex arrays by name: arrays among the arguments, and the material's maps and tangents.
+
+    `given` has all arguments of `evaluate` by name.
+    """
     found = {name: given.get(name) for name in _ARGUMENTS}
     material = given.get("material")
     if isinstance(material, Material):
@@ -94,7 +97,10 @@ def _colors(name: str, colormap: Colormap) -> Any:
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
-    """Return a `Shading` of Dask arrays. Arguments are checked now; the values in arrays are checked in each task."""
+    """Return a `Shading` of Dask arrays. Arguments are checked now; the values in arrays are checked in each task.
+
+    `given` has the per-vertex arrays by name, and `options` the other arguments of `evaluate`.
+    """
     from dask.array import blockwise, map_blocks
 
     arrays = _cut_alike(given)
@@ -128,7 +134,7 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
 
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
-    """Light one chunk, without additional threads."""
+    """Light one chunk of the arrays with these names, without additional threads."""
     with threads.limited(1):
         return _evaluated(dict(zip(names, arrays, strict=True)), **options)
 
@@ -143,7 +149,7 @@ def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> S
 
 
 def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
-    """Return a delayed scene with a viewer that sees all points."""
+    """Return a delayed scene with a viewer that sees all points under the model matrix."""
     from dask import delayed
 
     def ends(chunk: Any) -> Float64Array:
@@ -193,9 +199,9 @@ def _cut_alike(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(name: str, array: Any) -> Any:
-    """Return `array` if it is a Dask array that is chunked along vertices only; otherwise raise ValueError.
+    """Return the array `name` if it is a Dask array that is chunked along vertices only; otherwise raise ValueError.
 
-    Visibility may be chunked along lights too.
+    The array "visibility" may be chunked along lights too.
     """
     from dask.array import Array
 
@@ -213,12 +219,12 @@ def _allowed(name: str) -> str:
 
 
 def _axes(name: str, array: Any) -> str:
-    """Return the letters of an array's axes: i for vertices, k for components (x, y, z or r, g, b), l for lights."""
+    """Return the letters of the axes of the array `name`: i for vertices, k for x, y, z or r, g, b, and l for lights."""
     return "li" if name == _VISIBILITY else "ik"[: array.ndim]
 
 
 def _rows(name: str, array: Any) -> tuple[float, ...]:
-    """Return the number of vertices in each chunk; NaN if unknown."""
+    """Return the number of vertices in each chunk of the array `name`; NaN if unknown."""
     chunks: tuple[float, ...] = array.chunks[1 if name == _VISIBILITY else 0]
     return chunks
 
@@ -228,5 +234,5 @@ def _lengths(name: str, rows: tuple[float, ...]) -> str:
 
 
 def _unit(name: str) -> str:
-    """Return the word for an array's entry for a vertex: row or column."""
+    """Return what holds a vertex in the array `name`: "row" or "column"."""
     return "column" if name == _VISIBILITY else "row"

@@ -92,7 +92,7 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return those triangles of another piece that may block light of this piece.
+        """Return those triangles of another piece that may block this piece's light in a scene.
 
         `faces` are all triangles of the other piece that block light. They are tested, and kept or dropped, in runs of
         `_RUN` consecutive triangles.

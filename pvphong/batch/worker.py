@@ -313,7 +313,8 @@ def _lit(
 def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
     """Return the triangles that may block the light of a piece: its own, and those of the other pieces in `around`.
 
-    `mesh` is the piece's surface. The files of the other pieces are read one after the other.
+    `mesh` is the piece's surface, and `scene` has the lights. The files of the other pieces are read one after the
+    other.
     """
     others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
     parts = [world_faces(mesh), *others]

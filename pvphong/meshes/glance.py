@@ -189,7 +189,7 @@ def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[
 
 
 def _seem_misfits(source: pv.PolyData) -> bool:
-    """Return True if the stored normals do not fit most of some sampled faces, weighted by the faces' areas."""
+    """Return True if the faces that do not fit the stored normals have most of the area of a sample of faces."""
     corners = _corners_of_some(source)
     stored = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64).T
     with np.errstate(all="ignore"):

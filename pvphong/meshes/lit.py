@@ -215,7 +215,10 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
-    """Return a new mesh with its lit colours, and their components if these were computed."""
+    """Return a new mesh with the colours of `shading` as the array `name`, and their components if computed.
+
+    With `shares_by_bounce`, an array for each bounce is added too.
+    """
     now, source, scene, vertices, material, planned = prepared
     lit = source if source is now else shallow_copy(source)
     if shading.per_light is not None:
@@ -271,7 +274,10 @@ def shade_blocks(
     equations: dict[int, Equation] = {}
 
     def light(members: list[Ready], setting: Setting, backend: Backend) -> Iterator[pv.PolyData]:
-        """Light a group in one call, and yield its lit meshes in the order of its members."""
+        """Light the members of a group in one call, and yield their lit meshes in the same order.
+
+        `setting` and `backend` are common to all members.
+        """
         parts = [member.vertices for member in members]
         vertices = parts[0] if len(parts) == 1 else Vertices.of_all(parts)
         how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}

@@ -172,7 +172,10 @@ def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
 
 
 def _save_with_lights(mesh: Any, target: Path, lights: SceneLike, material: Any) -> None:
-    """Write a glTF file with surfaces in their unlit diffuse colours, and with lights."""
+    """Write a glTF file `target` with surfaces in their unlit diffuse colours, and with lights.
+
+    `mesh`, `lights` and `material` are the arguments `lit`, `lights` and `material` of `save`.
+    """
     is_blocks = isinstance(mesh, pv.MultiBlock)
     meshes = dict(datasets(mesh)) if is_blocks else {"": mesh}
     given = material if isinstance(material, Mapping) else {DEFAULT: material}

@@ -28,7 +28,10 @@ _AS_FINE_AS_A_DISPLAY = 1.0 / 255.0
 
 
 def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
-    """Return the corners of a surface's triangles, shape (m, 3); other faces are triangulated, hidden cells skipped."""
+    """Return the point indices of a surface's triangles, shape (m, 3).
+
+    Other faces are triangulated, and hidden cells are skipped.
+    """
     connectivity, offsets = polygons(mesh)
     sizes, shown = np.diff(offsets), _shown(mesh)
     if not shown.all():

@@ -228,9 +228,9 @@ _HEADER = re.compile(rb"# vtk DataFile Version \d+\.\d+\s*\n([^\n]*)\n\s*(?:ASCI
 
 
 def _check_legacy(contents: Any) -> None:
-    """Raise ValueError if a legacy file that VTK itself has written does not end with a line break.
+    """Raise ValueError if a legacy .vtk file is cut short: VTK ends its files with a line break.
 
-    VTK's own title in the file shows that VTK has written it.
+    Only files that VTK has written are checked; they have VTK's own title.
     """
     header = _HEADER.match(contents)
     if header is None:

@@ -91,7 +91,7 @@ class LightHandle(Handle):
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
-        """Replace the light by another, as `plotter.phong.set_light` does."""
+        """Replace the light by another, as `plotter.phong.set_light` does. `viewer` has no effect."""
         lights = self._subplot.lights
         if not any(each.vtk_light is self.vtk_light for each in lights.renderer_lights):
             remedy = "The light has been removed; add it again with plotter.phong.add_light(lamp.light())."

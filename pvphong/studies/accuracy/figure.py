@@ -47,7 +47,7 @@ _LEAST_SHOWN = 0.01
 
 
 def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics | None = None) -> None:
-    """Draw a report into a file. If `physics` is given, add the panel that compares light models at the bottom.
+    """Draw a report into a file. If `physics` is given, add at the bottom the panel that compares light models.
 
     Raises
     ------

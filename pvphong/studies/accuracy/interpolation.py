@@ -254,8 +254,8 @@ def _variant(
 def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
     """Return for each triangle its fraction of the total area in world coordinates, shape (m,).
 
-    `corners` has the triangles' point indices, shape (m, 3). The fraction is 0 for a triangle with a point that is not
-    finite.
+    `points` and `corners` are the triangles' points, shape (n, 3), and point indices, shape (m, 3). `subject` has the
+    model matrix. The fraction is 0 for a triangle with a point that is not finite.
     """
     placed = points.astype(np.float64)
     if subject.assembled.matrix is not None:

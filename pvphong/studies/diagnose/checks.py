@@ -270,9 +270,10 @@ class Edges(NamedTuple):
 
     @classmethod
     def between(cls, begin: IntArray, end: IntArray, n_points: int) -> Edges:
-        """Return the unique edges of a mesh from the edges of its faces, as `edges_of` returns them.
+        """Return the unique edges of a mesh.
 
-        An edge from a point to itself is left out. `n_points` is the number of the mesh's points.
+        `begin` and `end` are the ends of all faces' edges, from `edges_of`. An edge from a point to itself is left out.
+        `n_points` is the number of the mesh's points.
         """
         # Encode each edge of a face as an integer: its lower point, its higher point, its direction.
         bits, keys = n_points.bit_length(), np.empty(len(begin), np.int64)

@@ -537,7 +537,7 @@ def _share(where: Any, weights: Float64Array) -> float:
 
 
 def _valid_faces(source: pv.PolyData, points: FloatArray) -> tuple[int, IntArray, Faces]:
-    """Return the faces of a surface without those that have an index out of range.
+    """Return the faces of a surface `source` with `points`, without the faces that have an index out of range.
 
     Returns
     -------

@@ -213,7 +213,8 @@ class LightInScene:
     ) -> None:
         """Add circles of a radius around the icon. Circles much larger than the scene are left out.
 
-        `normals` are the circles' unit normals, shape (n, 3); by default, three circles show a sphere.
+        `strength`, from 0 to 1, is the circles' brightness. `normals` are their unit normals, shape (n, 3); by default,
+        three circles show a sphere.
         """
         for normal in np.eye(3) if normals is None else normals:
             if radius < _LARGEST * self.scenery.size:
