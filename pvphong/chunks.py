@@ -219,7 +219,7 @@ def _allowed(name: str) -> str:
 
 
 def _axes(name: str, array: Any) -> str:
-    """Return the letters of the axes of the array `name`: i for vertices, k for x, y, z or r, g, b, and l for lights."""
+    """Return the letters of the axes of the array `name`: i for vertices, k for x, y, z or r, g, b, l for lights."""
     return "li" if name == _VISIBILITY else "ik"[: array.ndim]
 
 

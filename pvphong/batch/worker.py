@@ -69,7 +69,7 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which pieces cannot be lit. They are tried on a triangle.
+        """Raise ``ValueError`` for settings with which pieces cannot be lit. The settings are tried on a triangle.
 
         Also refused are maps that are not names, and different materials for blocks that refer to the same file.
         """

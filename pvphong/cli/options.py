@@ -228,7 +228,7 @@ class Lighting:
         return replace(scene, light_model=model)
 
     def occluders(self) -> list[Any]:
-        """Read and return the meshes of the options --occluder. They cast shadows too."""
+        """Read and return the meshes of the options --occluder. These meshes cast shadows too."""
         return [read_mesh(path) for path in self.occluder]
 
 

@@ -116,10 +116,9 @@ def refine(
 
     Where the colour jumps, at the edge of a hard shadow or of a spot's cone, triangles are cut along that edge. Each
     point on the cut exists twice: one copy is lit like one side, the second like the other side. So a shadow is as
-    crisp as the edge of a face. Rays
-    find where the edge crosses a side of a triangle, to 2⁻²⁰ of the side's length. A triangle is split before it is cut
-    if the edge deviates from a straight line between two crossings by more than 2⁻¹² of the mesh's diagonal, or if a
-    whole shadow lies inside the triangle.
+    crisp as the edge of a face. Rays find where the edge crosses a side of a triangle, to 2⁻²⁰ of the side's length. A
+    triangle is split before it is cut if the edge deviates from a straight line between two crossings by more than 2⁻¹²
+    of the mesh's diagonal, or if a whole shadow lies inside the triangle.
 
     Elsewhere triangles are bisected until every error is within the tolerance. A side is split in all triangles that
     share it, so that there are no T-junctions: manifold meshes stay manifold, and closed meshes stay closed. No new

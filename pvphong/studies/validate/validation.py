@@ -97,8 +97,8 @@ def validate(
         A ValueError if VTK's shader cannot draw the scene, and this changes the colours. It cannot draw lights with an
         ambient colour or with a specular colour other than diffuse, Blinn-Phong, `PBR` in the standard convention, a
         viewer at infinity with lights at a position, powers above 128, a matrix that flattens or has scales outside
-        1e-18 to 1e18, and a mirrored surface, because VTK turns the normals of this surface away from the viewer. The
-        error holds the nearest scene that VTK can draw.
+        1e-18 to 1e18, and mirrored surfaces, because VTK turns their normals away from the viewer. The error holds the
+        nearest scene that VTK can draw.
     ValueError
         As for `evaluate`, or if the mesh has nothing to light.
 

@@ -125,9 +125,8 @@ class LightInScene:
     def reach(self, direction: Any) -> float:
         """Return the distance from the light's icon to the drawn target of an aim, a vector `direction`.
 
-        For a light with a position, this is the length of `direction`. A length at which the target could not be seen
-        or grabbed is replaced, about by the distance to the scene's centre. For a light without a position, the
-        distance is a fixed fraction of the scene's size.
+        For a light with a position, this is the length of `direction`, or about the distance to the scene's centre if
+        this length is too short or too long. For any other light, it is a fixed fraction of the scene's size.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -294,10 +293,7 @@ class Handle:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Two texts of the readout; "" leaves a text out.
-
-        The first is a line for a position or direction. The second is an entry in the line of sizes and angles.
-        """
+        """Readout: a line for a position or direction, and an entry for the line of sizes and angles; "" for none."""
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
@@ -668,9 +664,8 @@ def _nearest(
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
     """Return the distance from the light to the point to which the cursor has moved a handle, > 0.
 
-    The distance is measured along the axis `along`, or by default parallel to the picture. If the cursor snaps, the
-    distance is rounded to the grid. The result is None if the cursor has not moved, or the light is not in front of the
-    eye.
+    The distance is measured along the axis `along`, or by default parallel to the picture. A cursor that snaps rounds
+    it to the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():
