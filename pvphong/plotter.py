@@ -489,7 +489,7 @@ class PlotterPhong(Handle):
 
     @property
     def exposure(self) -> float:
-        """Exposure of the picture in stops, that of `display`. It can be set: 1 shows colours twice as bright.
+        """Exposure of `display`, in stops. It can be set: 1 shows colours twice as bright.
 
         Examples
         --------
