@@ -50,10 +50,9 @@ def test_dragging_moves_the_light_and_a_key_undoes_it(page):
         parts = (around(picture, before["ball"], 50) for picture in (now, shown))
         return np.percentile(np.abs(np.subtract(*parts)).max(axis=2), 90)
 
-    held = page.drag(before["handles"][LAMP]["position"], (-60, 20))
+    page.drag(before["handles"][LAMP]["position"], (-60, 20))
     page.picture(lambda now: differs(now) > 15)
     after = page.drop()
-    assert held["lights"] == after["lights"]
     assert [a == b for a, b in zip(after["lights"], before["lights"], strict=True)] == [False, True, True]
     assert after["colors"] != before["colors"]
     assert after["camera"] == before["camera"]
