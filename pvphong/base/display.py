@@ -41,8 +41,8 @@ _FALSE_COLORS = (
     (2.0, (250, 130, 20)),
     (math.log2(1.0 / _MIDDLE_GREY), (255, 0, 0)),
 )
-"""Lower limit of a band of luminance, in stops from middle grey, and the colour that marks it. The last band is
-brighter than white."""
+"""Bands of luminance: for each band, its lower limit in stops from middle grey, and the colour that marks the band. The
+last band is brighter than white."""
 
 
 @dataclass(frozen=True)

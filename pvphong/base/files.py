@@ -169,9 +169,9 @@ def _remove(folder: Path) -> None:
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Check that a file of `size` bytes at the path `aside` fits on its disk.
+    """Check that a file of `size` bytes at the path `aside` fits on the disk.
 
-    Call it before writers that do not report a full disk.
+    Call this function before a writer that does not report a full disk.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def reserve(aside: Path, size: int) -> None:
 def sync(written: Path) -> None:
     """Flush the file at the path `written` to the disk.
 
-    Some file systems report a full disk or quota only then, as an ``OSError``.
+    Some file systems report a full disk or quota only when they flush a file. This function then raises ``OSError``.
     """
     with written.open("rb+") as file:
         os.fsync(file.fileno())

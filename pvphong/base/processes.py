@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. When it expires, it
-starts again if the worker has read data in the meantime."""
+"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. If the limit expires and
+the worker has read data in the meantime, the limit starts again."""
 
 VERBOSE = "--verbose"
 """Option with which the worker shows the output of libraries, and the traceback of an unexpected error."""

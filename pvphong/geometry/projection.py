@@ -204,7 +204,7 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
 
 
 def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
-    """Check two opposite edges of the window, which must differ.
+    """Check that two opposite edges of the window are finite numbers, and that they differ by a finite amount.
 
     Parameters
     ----------

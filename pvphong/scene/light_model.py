@@ -75,7 +75,7 @@ class LightModel:
     Raises
     ------
     ValueError
-        If a field is out of range, or VTK does not support it in VTK's convention.
+        If a field is out of range, or has a value that VTK's convention does not support.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class LightModel:
 
     @property
     def occlusion_distance(self) -> float:
-        """Distance beyond which geometry does not occlude the sky; infinite unless `ambient_occlusion` is a number."""
+        """Distance up to which geometry occludes the sky: `ambient_occlusion` if it is a number, infinity if a bool."""
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property
@@ -142,7 +142,9 @@ class LightModel:
 
     @classmethod
     def vtk(cls, two_sided: bool = True) -> Self:
-        """Return the model of VTK's shader: two-sided as VTK draws surfaces, or one-sided as VTK draws points.
+        """Return the model of VTK's shader.
+
+        VTK lights both sides of surfaces (`two_sided` is True), but only one side of points (`two_sided` is False).
 
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """
