@@ -5,8 +5,8 @@ multiplied by the inverse-transpose of L / w. The inverse-transpose of a matrix 
 factor and the sign of its determinant.
 
 Each row of a result depends only on the same row of the input and on the matrix, not on other rows or the memory
-layout. Rows that would overflow or underflow are computed again with separate exponents. Where no row overflows or
-underflows, both ways give the same bits.
+layout. Rows that would overflow or underflow are computed again with separate exponents. For a row that neither
+overflows nor underflows, both ways give the same bits.
 """
 
 from __future__ import annotations

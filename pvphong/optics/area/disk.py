@@ -210,8 +210,8 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
     """Describe a sphere light as seen from a vertex.
 
     d is the offset from the vertex to the sphere's centre, n the normal, and own[0] the radius. Return the scaled
-    offset m, the sine and cosine of the sphere's angular radius, |m|, the scale, and True if the vertex is lit: it is
-    outside the sphere and has a normal.
+    offset m, the sine and cosine of the sphere's angular radius, |m|, the factor by which lengths were scaled, and
+    whether the vertex is lit. A vertex is lit if it is outside the sphere and has a normal.
     """
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
@@ -239,8 +239,8 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere light above the horizon.
 
-    Its arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk with the radius s at
-    the distance C, the sine and cosine of its angular radius.
+    Its arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk. The disk's radius
+    is the sine of the sphere's angular radius, and its distance the cosine.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)

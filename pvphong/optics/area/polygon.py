@@ -80,7 +80,7 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the point r of the horizon at which the lines are joined that close a clipped polygon.
+    """Return the point r of the horizon at which all lines end that close a clipped polygon.
 
     The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
     given as the offset from the middle.

@@ -16,9 +16,9 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute the factors of diffuse and highlight: max(n·l, 0), and this times the power times own[0].
+    """Compute the factors of diffuse and highlight: max(n·l, 0), and max(n·l, 0) · `highlight` · own[0].
 
-    `own` has the result of `_scale_of`, and `highlight` is the power max(r·v, 0)ˢ.
+    `own` has the result of `_scale_of`, `at` has the directions at a vertex, and `highlight` is the power max(r·v, 0)ˢ.
     """
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
