@@ -140,7 +140,7 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
 
 
 def _are_floats(value: Any, count: int) -> bool:
-    """Return True if the value is a tuple of `count` finite floats, which needs no further checks."""
+    """Return True if the value is a tuple of `count` finite floats and so needs no further checks."""
     return type(value) is tuple and len(value) == count and all(type(v) is float and math.isfinite(v) for v in value)
 
 

@@ -1,8 +1,8 @@
 """Atomic writes of files, and locks between processes.
 
 A file is written in a temporary folder next to its destination, and then renamed. The folder's name is `.pvphong-` and
-eight characters. It contains a lock file, which is locked while the writer runs. So the next writer recognizes the
-folders of killed processes, and removes them.
+eight characters. The folder contains a lock file. The writer keeps this file locked while it runs. So the next writer
+recognizes the folders of killed processes, and removes them.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from pvphong.geometry.normals import FaceBlock, Faces
 MISFIT = 22.5
 """Threshold in degrees: a stored normal with a larger angle to the computed one does not fit the faces.
 
-VTK weights faces differently, which alone gives a mean angle of 10° in a mesh with sharp edges. If an eighth of a
+VTK weights faces differently. This alone gives a mean angle of 10° in a mesh with sharp edges. If an eighth of a
 surface has reversed normals, the mean angle is 22.5° (180°/8), and the lighting of this eighth is wrong.
 """
 BEYOND = 60.0

@@ -1,7 +1,8 @@
 """Unit normals of polygons and points of a mesh, and tangents of points.
 
 Meshes are plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after the other,
-and `offsets` gives the start of each face in it. A point or face without a normal gets the zero vector, which is unlit.
+and `offsets` gives the start of each face in `connectivity`. A point or face without a normal gets the zero vector and
+is unlit.
 
 In order:
 
@@ -262,9 +263,10 @@ def point_normals(
     points, connectivity, offsets : array_like
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
-        Weight of a face at a corner. "angle": the face's angle there [1]_, which does not depend on the division of
-        the surface into faces; 180° if the point coincides with the face's previous or next point. "area": the face's
-        area. "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
+        Weight of a face at a corner. "angle": the face's angle at the corner [1]_, or 180° if the point coincides with
+        the face's previous or next point; the normals then do not depend on the division of the surface into faces.
+        "area": the face's area. "max": the sine of the angle over the product of the two edges' lengths [2]_; the
+        normals are then exact on a sphere.
 
     Returns
     -------

@@ -47,9 +47,9 @@ def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """Return the attenuation for each distance, limited to the largest float.
 
-    `attenuation` has the constant, linear and quadratic coefficients. The result is 0 for a distance of NaN, which
-    means a point that is not finite. At the distance 0, the result is 1 over the constant coefficient. If this
-    coefficient is 0, the result is 0 there, because a light does not light its own position.
+    `attenuation` has the constant, linear and quadratic coefficients. The result is 0 for a distance of NaN (a point
+    that is not finite). At the distance 0, the result is 1 over the constant coefficient. If this coefficient is 0, the
+    result is 0 there, because a light does not light its own position.
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):

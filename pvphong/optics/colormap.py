@@ -200,7 +200,7 @@ class Colormap:
         if hasattr(self.cmap, "MapScalars"):
             for name in _OF_TABLE:
                 if name in self.given:
-                    check.refuse(name, getattr(self, name), "omitted with a lookup table, which defines it")
+                    check.refuse(name, getattr(self, name), "omitted with a lookup table: the table defines it")
 
     @property
     def given(self) -> dict[str, Any]:

@@ -96,7 +96,7 @@ class PunctualParameters(NamedTuple):
     axis. The strength is multiplied by `power` of this angle's cosine."""
 
     power: Power | None = None
-    """Power of the cosine, if there is a falloff."""
+    """Power of the cosine; None without a falloff."""
 
     parameters: tuple[float, ...] = ()
     """Numbers that the formula `falloff` reads, at most eight."""
@@ -337,7 +337,7 @@ class Light(metaclass=_Kind):
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
-        """Split the light into lights of a single colour each, for which there are closed forms.
+        """Split the light into lights with one colour each. Such lights have closed forms.
 
         Parameters
         ----------

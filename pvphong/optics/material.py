@@ -197,8 +197,8 @@ class Material:
     def named(cls, name: str) -> Self:
         """Return a material by its name, case-insensitive.
 
-        "gold" and "red plastic" are among the classic materials of OpenGL teaching, which use the light model's
-        reflection; "metallic gold", "chalk" and "car paint" have their own reflectance.
+        "gold" and "red plastic" are among the classic materials of OpenGL teaching. The classic materials use the light
+        model's reflection; "metallic gold", "chalk" and "car paint" have their own reflectance.
 
         Raises
         ------

@@ -56,8 +56,8 @@ class LightModel:
         "vtk" reproduces VTK's shader: three tiers of lighting code, a floor of 1e-5 under the highlight's cosine,
         material ambient not multiplied by any light, ambient and specular colours of lights ignored, a local viewer
         even in parallel projection, exponents of at most 128, and scenes without lights drawn unlit. `ambient` then has
-        no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, which includes a final
-        gamma of 2.2.
+        no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, including a final gamma of
+        2.2.
     shadows : bool, default False
         If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
         itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size, it is the

@@ -500,7 +500,7 @@ def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Return the sampling of a uniform sky of some brightness, which geometry occludes only up to a distance."""
+    """Return the sampling of a uniform sky. Geometry farther away than `distance` does not occlude the sky."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 

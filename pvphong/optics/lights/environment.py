@@ -129,7 +129,7 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights of about equal energy, which together have the energy of the image.
+        """Return parallel lights of about equal energy. Together they have the energy of the image.
 
         The image is divided into `count` parts, one for each light: the part with the most energy is halved until there
         are enough (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).

@@ -38,9 +38,10 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """Return a cheaper approximation of a reflectance and its material; None if there is none.
+    """Return a description, and a material with a cheaper reflectance that looks similar; None if there is none.
 
-    The result is a description, and a material with the cheaper reflectance that looks most like the given material.
+    `reflectance` is the reflectance to be replaced, and `material` its material. Of all materials with the cheaper
+    reflectance, the result looks most like `material`.
     """
     return None
 

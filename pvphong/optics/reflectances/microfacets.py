@@ -112,7 +112,7 @@ def _seen(cosine: Any) -> Any:
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
     """Compute the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
 
-    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵), with which the total reflectance is at most 1: Ashikhmin and
+    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵). It keeps the total reflectance at most 1: Ashikhmin and
     Shirley, An anisotropic Phong BRDF model, 2000, equation 5. `own` has the numbers that `Microfacets.parameters`
     returns, and `at` the directions at a vertex; `highlight` is not read.
     """
@@ -126,9 +126,9 @@ ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polish
 
 
 class Microfacets(Reflectance):
-    """Reflectance of small mirrors: a highlight in two colours over a diffuse base, which is `faded` or `coupled`.
+    """Reflectance of small mirrors: a highlight in two colours over a diffuse base.
 
-    Each subclass has the field `roughness`.
+    The base is that of the formula `faded` or `coupled`. Each subclass has the field `roughness`.
     """
 
     roughness: float

@@ -19,7 +19,7 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 
 
 def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
-    """Return the reflectance of VTK's Phong shader, which limits the shininess to 128.
+    """Return the reflectance of VTK's Phong shader, with the shininess limited to 128.
 
     The shader's code has three tiers. If `is_headlight`, the result is the reflectance of the first tier, for scenes
     with a single headlight. Else it is the reflectance of the other two tiers.
