@@ -127,7 +127,7 @@ def direction(name: str, value: Any) -> Vector:
 
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
-    """Return `count` finite numbers, given as a sequence or array, as a tuple of floats; refuse any other value."""
+    """Return a sequence or array of `count` finite numbers as a tuple of floats; refuse any other value."""
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"

@@ -93,8 +93,8 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
     """Raise ``ValueError`` if a file cannot be written to the path `target`.
 
-    Its folder must exist. If something exists at the path, `old` is its status, and it must be a regular file that can
-    be written.
+    The target's folder must exist. If something exists at the path, it must be a regular file that can be written;
+    `old` is then its status, else None.
     """
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")

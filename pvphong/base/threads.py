@@ -105,7 +105,7 @@ _WORTH_WAKING = 3e-4
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     """Call `work(first, last)` for consecutive ranges of `step` items from 0 to `stop`, on at most `count()` threads.
 
-    `first` is the first item of a range, and `last` the item after its end. The last range may be shorter. If a call
+    `first` is the first item of a range, and `last` the item after the range. The last range may be shorter. If a call
     raises, no more ranges start, and the exception is raised when all running ranges have ended.
     """
     with shared(work, stop, step) as ranges:

@@ -37,7 +37,7 @@ def is_direction(vectors: FloatArray) -> BoolArray:
 
 
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Return the cross products of the columns of two (3, ...) arrays, which are broadcast against each other."""
+    """Return the cross products of the columns of two (3, ...) arrays, after broadcasting them to one shape."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[j], b[k], out=result[i])

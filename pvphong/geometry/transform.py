@@ -341,7 +341,7 @@ def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
 
 
 def common_integers(values: Sequence[float]) -> list[int]:
-    """Return integers that are exactly proportional to finite floats: each is its float times the same power of two."""
+    """Return integers that are exactly proportional to finite floats: the floats times one common power of two."""
     ratios = [value.as_integer_ratio() for value in values]
     shift = max(below for _, below in ratios).bit_length()
     return [above << (shift - below.bit_length()) for above, below in ratios]

@@ -23,7 +23,7 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 
 
 def checked_coefficients(name: str, value: VectorLike) -> Vector:
-    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and one not zero.
+    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and at least one > 0.
 
     `name` is the argument's name in messages.
     """

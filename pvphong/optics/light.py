@@ -113,7 +113,7 @@ def _color_or_none(name: str, value: Any) -> Any:
 class _Kind(type):
     """Metaclass of lights. For concrete lights, help() and tab completion omit the methods used for evaluation.
 
-    `Light` itself lists all of them, for authors of new kinds.
+    For `Light` itself, help() and tab completion list all methods, for authors of new kinds.
     """
 
     def __dir__(cls) -> list[str]:

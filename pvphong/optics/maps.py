@@ -75,7 +75,7 @@ class Map:
         return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
 
     def __reduce__(self) -> Any:
-        """Pickle an array unchanged, and a texture, because VTK cannot pickle it, as its image and its settings."""
+        """Pickle an array unchanged, and a texture as its image and settings. (VTK cannot pickle textures.)"""
         texture = self.source
         if not is_texture(texture):
             return Map, (texture,)
@@ -165,8 +165,8 @@ class NamedColor(tuple[float, float, float]):
 def color_or_map(name: str, value: Any) -> Any:
     """Check the value of the field `name`, a colour or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`, a colour that is given by its name as a `NamedColor`, and any other colour as by
-    `check.color`.
+    A map is returned as by `map_in`. A colour that is given by its name becomes a `NamedColor`. Any other colour is
+    returned as by `check.color`.
     """
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:

@@ -182,7 +182,7 @@ def _linear(name: str, values: Any, remedy: str) -> FloatArray:
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
-    """Make a panorama from the mapping of its fields that a scene file stores.
+    """Make a panorama from `entries`, the mapping of a panorama's fields in a scene file.
 
     `name` is the argument's name in messages.
     """

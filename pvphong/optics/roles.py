@@ -59,9 +59,9 @@ class Role:
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return the value in the world frame that the field of a headlight has for a viewer.
+        """Return the value of a headlight's field in the world frame, for a viewer.
 
-        By default, the headlight's own `value` is taken as eye-space coordinates and converted.
+        By default, `value`, the field's own value, is in eye space and is converted to the world frame.
         """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 

@@ -69,8 +69,8 @@ class LightModel:
         mesh's unit, up to which geometry occludes the sky; True means any distance.
     bounces : int, default 0
         Number of diffuse reflections between surfaces to compute, up to 65,536. `ambient` stands for the reflections
-        that are not computed: with 0 for all, else for those after the last computed one. Surfaces reflect on the side
-        to which their normals point; their other sides are black.
+        that are not computed: for all reflections if `bounces` is 0, else for the reflections after the last computed
+        one. Surfaces reflect on the side to which their normals point; their other sides are black.
 
     Raises
     ------

@@ -96,7 +96,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """Return the fraction of a disk's area that is above the horizon, and the vector from the vertex to its centroid.
+    """Return the fraction of a disk's area above the horizon, and the vector from the vertex to this part's centroid.
 
     m is the vector to the disk's centre, r its radius; u and β, `beta`, are from `_upward`.
     """

@@ -154,8 +154,8 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
     """Return the numbers of the series of one order m, in the layout that the comment above `sky_numbers` describes.
 
-    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` is as
-    for `sky_numbers`.
+    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` has
+    the shape (bands, bands, 2), as for `sky_numbers`.
     """
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands

@@ -41,7 +41,7 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """The factor max(a·l, 0)ᵏ of a lobe, for n·l > 0, that is integrated over a light."""
+    """The factor max(a·l, 0)ᵏ of a lobe, to be integrated over a light. The factor is 0 where n·l <= 0."""
 
     around: Literal["normal", "mirror"]
     """The vector a: the normal, or the direction to the viewer mirrored at the normal."""
@@ -266,6 +266,6 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 def whole(turned: Any) -> Any:
     """Return the boundary integral around a region, given the sum along its arcs.
 
-    The sum lacks a full turn if the region contains −w; it is then negative, and 2π is added.
+    The sum lacks a full turn if the region contains −w; the sum is then negative, and 2π is added.
     """
     return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

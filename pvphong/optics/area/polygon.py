@@ -57,7 +57,7 @@ def _offset(own: Any, k: Any, scale: Any) -> Any:
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """Scale a vector d by a power of two, so that the larger of its components and `size` is about 1.
+    """Scale a vector d by a power of two, so that the largest of |x|, |y|, |z| and `size` becomes about 1.
 
     Return the scaled vector and the power of two. Both are NaN if d is not finite, so that the vertex is unlit.
     """
@@ -80,7 +80,7 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the point r of the horizon at which all lines end that close a clipped polygon.
+    """Return the point r of the horizon. All lines that close a clipped polygon end at r.
 
     The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
     given as the offset from the middle.

@@ -90,7 +90,7 @@ _SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 
 
 @formula
 def on_disk(u: Any, v: Any) -> Any:
-    """Map the unit square to the unit disk; return x and y of the point.
+    """Map the point (u, v) of the unit square to a point of the unit disk; return its coordinates x and y.
 
     Concentric squares become circles that enclose the same fraction of the area. Source: P. Shirley and K. Chiu, "A low
     distortion map between disk and square" (1997).
@@ -164,7 +164,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a sphere light, where rays enter it: return direction, distance and weight for u and v.
+    """Sample the points where rays enter a sphere light: return direction, distance and weight for u and v.
 
     `frame` is from `sphere_frame`. The reach is the distance to the centre; from inside, the radius.
     """
@@ -184,7 +184,7 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     """Invert `sphere_sample`: return the distance at which a ray in the direction d enters the sphere, and the density.
 
-    `frame` is from `sphere_frame`. From inside, the sphere emits nothing.
+    `frame` is from `sphere_frame`. The density is 0 inside the sphere, because the sphere emits only to the outside.
     """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle

@@ -52,8 +52,8 @@ class EnvironmentLight(Light):
 
     Diffuse reflection and Phong's highlight use the image's first 32 bands of spherical harmonics. The plan's row "sky"
     bounds the error of omitting the other bands, and gives the number of bands that a tolerance needs. A highlight is
-    the image blurred by the lobe, looked up in the mirror direction, times the part of the lobe above the horizon. This
-    is exact for one colour; where the horizon cuts the lobe off, the error is at most
+    the image blurred by the lobe, looked up in the mirror direction, times the fraction of the lobe above the horizon.
+    This is exact for one colour; where the horizon cuts the lobe off, the error is at most
     (brightest − darkest) / (2 (shininess + 1)).
 
     For other reflectances, 256 parallel lights of equal energy approximate the image, and up to 1024 for sharp lobes.
@@ -174,8 +174,8 @@ class EnvironmentLight(Light):
         """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
         `form` is the lobe that reflects the light. If the image's expansion has more bands, the result is the sum of
-        the bounds for the omitted bands. If `bands` are all bands of the expansion, the result is a bound that follows
-        from the image's energy outside these bands.
+        the bounds for the omitted bands. If `bands` is the number of all bands of the expansion, the result is a bound
+        that follows from the image's energy outside these bands.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -234,8 +234,8 @@ def _middle(up: VectorLike) -> Vector:
 class SkyChannel(Light):
     """One colour channel of an environment, in its first bands of spherical harmonics.
 
-    For lobes with a closed form, evaluators light with such channels, each times its colour, in place of the
-    environment; see `EnvironmentLight.tints`.
+    For lobes with a closed form, evaluators replace the environment by such channels, each multiplied by its colour;
+    see `EnvironmentLight.tints`.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noq
 
 @formula
 def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
-    """Return `own`, the parameters of a reflectance, unchanged: a map of the shininess changes only its power."""
+    """Return `own`, the parameters of a reflectance, unchanged: a map of the shininess changes only the power."""
     return own
 
 
@@ -104,7 +104,7 @@ class Shiny(Reflectance):
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
-        """Return a copy with the material's shininess if this reflectance has none."""
+        """Return this reflectance, with the material's shininess if its own shininess is None."""
         own: dict[str, Any] = {"shininess": material.shininess}
         return replace(self, **own) if self.shininess is None else self
 

@@ -50,7 +50,7 @@ def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
     """Return the description and the material in which Phong's reflection replaces `Metal`.
 
-    Its highlight has the metal's colour at all angles.
+    The new highlight has the metal's colour at all angles.
     """
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
@@ -92,5 +92,5 @@ def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 not in VTK
 
 @in_vtk.register
 def _(reflectance: PBR) -> PBR:
-    """Return VTK's form of `PBR`. `reflectance` must be a result of `PBR.of`, which has the material's colour."""
+    """Return VTK's form of `PBR`. `reflectance` must come from `PBR.of`, so that it has the material's colour."""
     return Shaded(**asdict(reflectance))

@@ -30,7 +30,7 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute the factors of diffuse and highlight: max(n·l, floor), and `highlight`; both 0 without a normal.
+    """Compute the factors of diffuse and highlight: max(n·l, 1e-6), and `highlight`; both 0 without a normal.
 
     `highlight` is a power of the cosine n·l, and `at` has the directions at a vertex. `own` is not read.
     """
