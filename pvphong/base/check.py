@@ -85,7 +85,10 @@ def flag(name: str, value: Any) -> bool:
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Return `value` if it is an allowed string; else refuse it, list the allowed strings and suggest the nearest."""
+    """Return `value` if it is an allowed string; else refuse it.
+
+    The message lists the allowed strings and suggests the nearest one.
+    """
     options = list(allowed)
     if isinstance(value, str) and value in options:
         return value
@@ -97,7 +100,7 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
 
 
 def meant(value: Any, options: Iterable[str]) -> str:
-    """Return "Did you mean …?" with those of `options` that are most similar to `value`; "" if none is similar."""
+    """Return "Did you mean …?" with the options that are most similar to `value`; "" if no option is similar."""
     close = difflib.get_close_matches(value.lower(), options) if isinstance(value, str) else ()
     return f"Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
 
@@ -116,7 +119,7 @@ def vector(name: str, value: Any) -> Vector:
 
 
 def direction(name: str, value: Any) -> Vector:
-    """Return three finite numbers, not all zero, as a tuple of floats; refuse any other value. It is not normalized."""
+    """Return three finite numbers, not all zero, as a tuple of floats, not normalized; refuse any other value."""
     result = vector(name, value)
     if not any(result):
         refuse(name, value, "a direction, three finite numbers that are not all zero")
@@ -124,7 +127,7 @@ def direction(name: str, value: Any) -> Vector:
 
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
-    """Return `count` finite numbers, given as a sequence or array, as a tuple of floats; refuse any other value."""
+    """Return a sequence or array of `count` finite numbers as a tuple of floats; refuse any other value."""
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"
@@ -137,7 +140,7 @@ def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
 
 
 def _are_floats(value: Any, count: int) -> bool:
-    """Return True if the value is a tuple of `count` finite floats, which needs no further checks."""
+    """Return True if the value is a tuple of `count` finite floats and so needs no further checks."""
     return type(value) is tuple and len(value) == count and all(type(v) is float and math.isfinite(v) for v in value)
 
 
@@ -187,7 +190,8 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
     count : int, optional
         The required number of rows; by default, any number.
     allowed : str
-        The allowed values, for the message; needed if the argument may also be something other than an array.
+        Description of the allowed values, for the error message. Pass it if the argument may also be something other
+        than an array.
 
     Raises
     ------
@@ -226,7 +230,7 @@ def real_array(name: str, value: Any, allowed: str) -> Any:
 
 
 def matrix4(name: str, value: Any) -> Float64Array:
-    """Return a finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4``, or a transform with such a matrix.
+    """Return a finite (4, 4) float64 copy of an array_like, a ``vtkMatrix4x4`` or a transform of VTK or PyVista.
 
     Raises
     ------
@@ -286,9 +290,9 @@ def keywords(kind: Any, given: Iterable[str]) -> None:
 
 
 def refuse_color(kind: Any, given: Mapping[str, Any]) -> None:
-    """Refuse "color" as a key of `given`: it is PyVista's name for the field `diffuse` of the dataclass `kind`.
+    """Raise ``ValueError`` if `given` has the key "color" or "colour", but the dataclass `kind` has no such field.
 
-    Raise ``ValueError``, unless the dataclass has a field `color`.
+    "color" is PyVista's name for the field `diffuse`. The message suggests `diffuse`.
     """
     for name in ("color", "colour"):
         if name in given and name not in kind.__dataclass_fields__:

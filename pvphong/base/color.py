@@ -56,7 +56,7 @@ def kelvin(temperature: float) -> tuple[float, float, float]:
     Returns
     -------
     tuple of float
-        Red, green and blue; the largest is 1, so that it tints a light and does not dim it.
+        Red, green and blue; the largest of them is 1, so that the colour tints a light and does not dim it.
 
     Raises
     ------

@@ -41,8 +41,8 @@ _FALSE_COLORS = (
     (2.0, (250, 130, 20)),
     (math.log2(1.0 / _MIDDLE_GREY), (255, 0, 0)),
 )
-"""Lower limit of a band of luminance, in stops from middle grey, and the colour that marks it. The last band is
-brighter than white."""
+"""Bands of luminance: for each band, its lower limit in stops from middle grey, and the colour that marks the band. The
+last band is brighter than white."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _filmic(exposed: FloatArray) -> FloatArray:
 
 
 def _false_colors(exposed: FloatArray) -> ByteArray:
-    """Return the false colours of colours after exposure, shape (n, 3): one colour for each band of luminance."""
+    """Return the false colours for linear colours after exposure, shape (n, 3), by their bands of luminance."""
     limits, colors = zip(*_FALSE_COLORS, strict=True)
     with np.errstate(divide="ignore"):
         stops = np.log2(exposed @ XYZ_OF_RGB[1].astype(np.float32) / np.float32(_MIDDLE_GREY))

@@ -1,8 +1,8 @@
 """Atomic writes of files, and locks between processes.
 
 A file is written in a temporary folder next to its destination, and then renamed. The folder's name is `.pvphong-` and
-eight characters. It contains a lock file, which is locked while the writer runs. So the next writer recognizes the
-folders of killed processes, and removes them.
+eight characters. The folder contains a lock file. The writer keeps this file locked while it runs. So the next writer
+recognizes the folders of killed processes, and removes them.
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
     """Raise ``ValueError`` if a file cannot be written to the path `target`.
 
-    Its folder must exist. If something exists at the path, `old` is its status, and it must be a regular file that can
-    be written.
+    The target's folder must exist. If something exists at the path, it must be a regular file that can be written;
+    `old` is then its status, else None.
     """
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
@@ -169,9 +169,9 @@ def _remove(folder: Path) -> None:
 
 
 def reserve(aside: Path, size: int) -> None:
-    """Check that a file of `size` bytes at the path `aside` fits on its disk.
+    """Check that a file of `size` bytes at the path `aside` fits on the disk.
 
-    Call it before writers that do not report a full disk.
+    Call this function before a writer that does not report a full disk.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def reserve(aside: Path, size: int) -> None:
 def sync(written: Path) -> None:
     """Flush the file at the path `written` to the disk.
 
-    Some file systems report a full disk or quota only then, as an ``OSError``.
+    Some file systems report a full disk or quota only when they flush a file. This function then raises ``OSError``.
     """
     with written.open("rb+") as file:
         os.fsync(file.fileno())

@@ -40,14 +40,14 @@ FAINTEST = 2.0**-126
 """The smallest normal float32."""
 
 FARTHEST = 2.0**1000
-"""Upper limit of a light's colours before attenuation, which may reduce them again."""
+"""Upper limit of a light's colours before attenuation. Attenuation may reduce such colours to float32's range."""
 
 LEAST_SQUARE = np.float32(FAINTEST)
 """Replacement for the square of a zero vector, so that normalization keeps the vector zero."""
 
 
 def formula(function: Function) -> Function:
-    """Mark a function as a formula, which compiled code may call too, and return it."""
+    """Mark a function as a formula, so that compiled code can call the function too, and return the function."""
     FORMULAS.append(function)
     return function
 
@@ -96,7 +96,7 @@ def wrapped(x: Any) -> Any:
 
 
 def index(x: Any) -> Any:
-    """Round x >= 0 down to an integer, which can index a table."""
+    """Round x >= 0 down to an integer, to be used as an index of a table."""
     return x.astype(np.int64)
 
 
@@ -106,7 +106,10 @@ def nearest(x: Any) -> Any:
 
 
 def over_its_size(x: Any) -> Any:
-    """Return the power of two that, multiplied by x > 0, gives a number in [1, 2); for x > 2¹⁰⁰⁰, that of 2¹⁰⁰⁰."""
+    """Return the power of two that multiplied by x gives a number in [1, 2), for 0 < x <= 2¹⁰⁰⁰.
+
+    For greater x, return the result for 2¹⁰⁰⁰.
+    """
     return np.ldexp(1.0, 1 - np.frexp(np.minimum(x, 2.0**1000))[1])
 
 
@@ -116,12 +119,12 @@ def arctan2(y: Any, x: Any) -> Any:
 
 
 def sine(x: Any) -> Any:
-    """Return the sine of x in radians; accurate for up to a few full turns."""
+    """Return the sine of x in radians; accurate if |x| is at most a few full turns."""
     return np.sin(x)
 
 
 def cosine(x: Any) -> Any:
-    """Return the cosine of x in radians. The error is a few roundings of the number 1."""
+    """Return the cosine of x in radians. The absolute error is a few units in the last place of the number 1."""
     return np.cos(x)
 
 
@@ -137,7 +140,7 @@ def power_less_one(less: Any, exponent: Any) -> Any:
 
 
 def any_of(conditions: Any) -> Any:
-    """Return True if the condition holds for at least one vertex; `if any_of(...)` skips work that no vertex needs."""
+    """Return True if `conditions` is true for at least one vertex; `if any_of(...)` skips work that no vertex needs."""
     return np.any(conditions)
 
 
@@ -206,8 +209,8 @@ class Power(NamedTuple):
     def numbers(self) -> tuple[float, float, float]:
         """Three numbers by which compiled code computes the power.
 
-        They are n, limited to float32's range; log2(floor); and the squared length of the angle's chord at and above
-        which the power is 0.
+        The first is n, limited to float32's range. The second is log2(floor). The third is a squared length of the
+        angle's chord: at this length and above, the power is 0.
         """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf
@@ -216,7 +219,7 @@ class Power(NamedTuple):
 
 @formula
 def horner(t: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial in t. Its coefficients are constants, that of the highest power first.
+    """Evaluate a polynomial in t. `coefficients` are constants, from the highest power to the lowest.
 
     Compilers unroll the loop for up to about a dozen terms.
     """

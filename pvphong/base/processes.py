@@ -1,4 +1,4 @@
-"""A watcher for a worker process, which may crash, hang or run out of memory while it reads an untrusted file.
+"""A watcher for a worker process that may crash, hang or run out of memory while it reads an untrusted file.
 
 The worker announces its next action over a pipe; messages end with a zero byte. The watcher must start fast, so this
 module imports nothing slow.
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. When it expires, it
-starts again if the worker has read data in the meantime."""
+"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. If the limit expires and
+the worker has read data in the meantime, the limit starts again."""
 
 VERBOSE = "--verbose"
 """Option with which the worker shows the output of libraries, and the traceback of an unexpected error."""
@@ -39,8 +39,8 @@ def say(what: str, more: object = "") -> None:
         begins. "done": reading has ended or failed. "status": the work is complete, even if libraries crash when they
         are unloaded.
     more : object
-        Content of the message, which is converted to text: for "folder" the path; for "reading" the allowed seconds, a
-        space and the path; for "done" nothing; for "status" the exit status.
+        Content of the message; it is converted to text. "folder": the path. "reading": the allowed seconds, a space and
+        the path. "done": nothing. "status": the exit status.
     """
     if watcher is not None:
         os.write(watcher, os.fsencode(f"{what} {more}") + b"\0")

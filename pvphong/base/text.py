@@ -59,7 +59,7 @@ def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
 
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a small HTML table for a notebook; all text is escaped. If `headings` is empty, it has no header row."""
+    """Return a small HTML table for a notebook; all text is escaped. Without headings, the table has no header row."""
     body = ""
     for kind, cells in [("th", headings)] * bool(headings) + [("td", row) for row in rows]:
         inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)

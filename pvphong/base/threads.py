@@ -1,7 +1,7 @@
 """Threads for work that releases the interpreter lock: compiled code, rays, NumPy on large arrays.
 
-Work is divided into more ranges than threads, and each thread takes the next range when it is done with one. So no
-thread waits long for another, even when other programs use the cores. The calling thread takes part.
+Work is divided into more ranges than threads, and a thread that has finished a range takes the next one. So no thread
+waits long for another, even when other programs use the cores. The calling thread takes part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from pvphong.base import text
 
 Range: TypeAlias = tuple[int, int]
-"""Number of the first item of a piece of work, and of the item after the last."""
+"""Range of items: the number of the first item, and the number of the item after the last."""
 
 _limit: ContextVar[int] = ContextVar("limit", default=sys.maxsize)
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
@@ -57,9 +57,10 @@ def go_on() -> None:
 
 
 def count() -> int:
-    """Return the number of threads to use: Numba's setting, or all processors available to this process.
+    """Return the number of threads to use.
 
-    The result is at most the number of these processors, and at most the number given to `limited`.
+    The result is the least of three numbers: Numba's setting (``NUMBA_NUM_THREADS``), if there is one; the number of
+    processors available to this process; and the number that was passed to `limited`, if `limited` is in effect.
     """
     config = getattr(sys.modules.get("numba"), "config", None)  # None if Numba is not loaded, or only partly yet
     setting = os.environ.get("NUMBA_NUM_THREADS", sys.maxsize) if config is None else config.NUMBA_NUM_THREADS
@@ -104,7 +105,7 @@ _WORTH_WAKING = 3e-4
 def run(work: Callable[[int, int], Any], stop: int, step: int) -> None:
     """Call `work(first, last)` for consecutive ranges of `step` items from 0 to `stop`, on at most `count()` threads.
 
-    `first` is the first item of a range, and `last` the item after its end. The last range may be shorter. If a call
+    `first` is the first item of a range, and `last` the item after the range. The last range may be shorter. If a call
     raises, no more ranges start, and the exception is raised when all running ranges have ended.
     """
     with shared(work, stop, step) as ranges:
@@ -128,14 +129,16 @@ def shared(work: Callable[[int, int], Any], stop: int, step: int, longest: int =
     stop : int
         Number of items.
     step : int
-        Length of the ranges; their least length if `longest` is greater. The last range may be shorter.
+        Length of the ranges, or their least length if `longest` is greater than `step`. The last range may be shorter.
     longest : int, optional
-        Greatest length of a range. By default, or if it is not above `step`, all ranges have the length `step`. Pass a
-        larger value if the work may take less time than waking a thread. Each range is then an even share of the
-        remaining items, between `step` and `longest`: the ranges are few, and the last ones are short, so that all
-        threads end together (guided self-scheduling, Polychronopoulos and Kuck 1987). If there are too few items for
-        one range of this length per thread, the calling thread first does a quarter of a step and measures its time;
-        other threads join only if the remaining work takes long enough.
+        Greatest length of a range. By default, or if `longest` is at most `step`, all ranges have the length `step`.
+        Pass a larger value if the work may take less time than waking a thread.
+
+        With a larger value, a range's length is the number of remaining items divided by the number of threads, but at
+        least `step` and at most `longest`. So there are few ranges, and the last ones are short, so that all threads
+        end together (guided self-scheduling, Polychronopoulos and Kuck 1987). If there are fewer items than `longest`
+        times the number of threads, the calling thread first does a quarter of a step and measures the time. Other
+        threads join only if the remaining work takes long enough.
     """
     go_on()
     begun, lock, note, has_failed = 0, threading.Lock(), text.counting(stop), threading.Event()

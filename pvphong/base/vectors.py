@@ -1,8 +1,8 @@
 """Vectors as the columns of (3, n) float64 arrays: the layout of the evaluator's inner blocks.
 
 Each column's result depends only on that column. A column that would overflow or underflow is scaled by its own exact
-power of two, so that its result has the same bits as in a safe range. (A matrix product by BLAS does not guarantee
-this, so none is used.)
+power of two, so that its result has the same bits as in a safe range. (In a matrix product by BLAS, a column's result
+may depend on other columns, so no such product is used.)
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def is_direction(vectors: FloatArray) -> BoolArray:
 
 
 def cross(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Return the cross products of the columns of two (3, ...) arrays, which are broadcast against each other."""
+    """Return the cross products of the columns of two (3, ...) arrays, after broadcasting them to one shape."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[j], b[k], out=result[i])
@@ -51,7 +51,7 @@ def columns(rows: FloatArray) -> Float64Array:
 
 
 def unit_vector(vector: VectorLike) -> Vector:
-    """Return the unit vector along a finite vector that is not zero; bit for bit as by `unit`, which takes arrays."""
+    """Return the unit vector along a finite nonzero vector. The result has the same bits as that of `unit`."""
     (x, y, z), _ = moderate_vector(vector)
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
@@ -147,9 +147,10 @@ def _inverse(length: NDArray[Real]) -> NDArray[Real]:
 
 
 def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Float64Array]:
-    """Return the unit vectors from points, shape (3, n), to a target, and the distances, shape (n,).
+    """Return the unit vectors from points to a target, shape (3, n), and the distances, shape (n,).
 
-    Arguments, types and special cases are those of `directions_to`.
+    `points` has the shape (3, n). The unit vectors have the float type `real`, the distances are float64. A unit vector
+    is zero where the point is the target or is not finite. The distance is NaN where the point is not finite.
     """
     directions, inverse, distance = directions_to(target, points, real)
     directions *= inverse
@@ -159,8 +160,9 @@ def towards(target: Vector, points: Float64Array, real: Any = np.float64) -> tup
 def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) -> tuple[Any, Any, Float64Array]:
     """Return vectors of moderate length from points to a target, their inverse lengths, and the distances.
 
-    The differences of positions are computed in float64, so that positions near each other and far from the origin
-    keep their digits. The rest is in the float type `real`; float32 also rounds components to 2⁻¹¹⁹ of the distance.
+    The differences of positions are computed in float64, so that positions near each other and far from the origin keep
+    their digits. All other steps are in the float type `real`. With float32, a component may have an absolute error of
+    2⁻¹¹⁹ times the distance, in addition to its rounding.
 
     Parameters
     ----------
@@ -174,10 +176,10 @@ def directions_to(target: Vector, points: Float64Array, real: Any = np.float64) 
     Returns
     -------
     directions : ndarray
-        Shape (3, n), the differences, scaled by a power of two if very long or short; zero where the point is the
+        Shape (3, n), target minus point, scaled by a power of two if very long or short; zero where the point is the
         target or is not finite.
     inverse : ndarray
-        Shape (n,), 1 over the lengths of `directions`; 0 where they are zero.
+        Shape (n,), 1 over the lengths of `directions`; 0 where `directions` is zero.
     distance : ndarray
         Shape (n,), float64; NaN where the point is not finite, and at most the largest float.
     """

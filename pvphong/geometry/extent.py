@@ -31,7 +31,7 @@ _SOME = 64
 
 
 Box = tuple[Float64Array, Float64Array]
-"""Smallest and largest world coordinates."""
+"""Smallest and largest coordinates, shape (3,) each."""
 
 
 class Sphere(NamedTuple):
@@ -202,7 +202,8 @@ _TRIED, _POINTS_TRIED = 16, 4096
 def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int64]) -> bool:
     """Return True if triangles are the whole surface of a convex body, and normals point outwards.
 
-    Rays that start at a point, on the side to which its normal points, then do not hit the body.
+    If the result is True, a ray that starts at a point, on the side to which the point's normal points, does not hit
+    the body.
 
     Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric structures" (1999): a closed
     surface that is convex at each edge bounds a convex body if some point is behind all faces, and a ray from this

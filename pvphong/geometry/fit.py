@@ -13,7 +13,7 @@ from pvphong.geometry.normals import FaceBlock, Faces
 MISFIT = 22.5
 """Threshold in degrees: a stored normal with a larger angle to the computed one does not fit the faces.
 
-VTK weights faces differently, which alone gives a mean angle of 10° in a mesh with sharp edges. If an eighth of a
+VTK weights faces differently. This alone gives a mean angle of 10° in a mesh with sharp edges. If an eighth of a
 surface has reversed normals, the mean angle is 22.5° (180°/8), and the lighting of this eighth is wrong.
 """
 BEYOND = 60.0
@@ -43,7 +43,7 @@ _AT_ONCE = 2**14
 
 
 class Areas:
-    """Collects the areas of a mesh's faces, which are computed in blocks with different units."""
+    """Collects the areas of a mesh's faces. They are computed block by block, and each block has its own unit."""
 
     def __init__(self, faces: Faces) -> None:
         self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
@@ -54,7 +54,7 @@ class Areas:
 
     @property
     def in_one_unit(self) -> Float64Array:
-        """Areas of all faces, shape (n_faces,), in a common unit, which is arbitrary and avoids overflow."""
+        """Areas of all faces, shape (n_faces,), in one unit. The unit is chosen so that no area overflows."""
         if not self._exponents.any():
             return self._found
         found: Float64Array = np.ldexp(self._found, 2 * (self._exponents - self._exponents.max()))
@@ -62,7 +62,7 @@ class Areas:
 
 
 def areas_of(faces: Faces) -> Float64Array:
-    """Return the areas of all faces, shape (n_faces,), in a common unit, which is arbitrary and avoids overflow."""
+    """Return the areas of all faces, shape (n_faces,), in one unit. The unit is chosen so that no area overflows."""
     areas = Areas(faces)
     faces.in_blocks(lambda block: areas.put(block, np.sqrt(np.square(block.area_vectors()).sum(axis=0)) / 2.0))
     return areas.in_one_unit
@@ -92,8 +92,8 @@ def fit_of(stored: FloatArray, computed: Float64Array, weights: Float64Array) ->
     Returns
     -------
     fit : NormalsFit or None
-        Angles between the normals. Points are ignored if either normal is missing or the weight is 0; None if no point
-        is left.
+        Angles between the normals. A point is ignored if one of its two normals is missing or its weight is 0. None if
+        all points are ignored.
     misfits : ndarray
         Indices of the points where the angle is larger than `MISFIT`.
     """

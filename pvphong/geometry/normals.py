@@ -1,10 +1,16 @@
 """Unit normals of polygons and points of a mesh, and tangents of points.
 
 Meshes are plain arrays here, in VTK's form: `connectivity` lists the point indices of all faces one after the other,
-and `offsets` gives the start of each face in it. A point or face without a normal gets the zero vector, which is unlit.
+and `offsets` gives the start of each face in `connectivity`. A point or face without a normal gets the zero vector and
+is unlit.
 
-In order: `Faces`, which checks the faces and yields blocks of faces with the same number of corners, whose edges are
-scaled into a safe range; normals of faces; normals of points; tangents.
+In order:
+
+- `Faces` checks the faces, and yields blocks of faces with the same number of corners. In each block, edges are scaled
+  into a safe range.
+- Normals of faces.
+- Normals of points.
+- Tangents of points.
 """
 
 from __future__ import annotations
@@ -66,7 +72,7 @@ class FaceBlock:
     spokes : ndarray
         Shape (3, k - 2, m): vectors from corner 0 to corners 1 … k - 2, in the same units.
     exponents : ndarray
-        Shape (m,): 0 for faces of usual size.
+        Shape (m,), exponents of the unit of each face; 0 for faces of usual size.
     """
 
     faces: IntArray
@@ -257,9 +263,10 @@ def point_normals(
     points, connectivity, offsets : array_like
         As for `polygon_normals`.
     weighting : {"angle", "area", "max"}
-        Weight of a face at a corner. "angle": the face's angle there [1]_, which does not depend on the division of
-        the surface into faces; 180° if the point coincides with the face's previous or next point. "area": the face's
-        area. "max": the sine of the angle over the product of the two edges' lengths [2]_, which is exact on a sphere.
+        Weight of a face at a corner. "angle": the face's angle at the corner [1]_, or 180° if the point coincides with
+        the face's previous or next point; the normals then do not depend on the division of the surface into faces.
+        "area": the face's area. "max": the sine of the angle over the product of the two edges' lengths [2]_; the
+        normals are then exact on a sphere.
 
     Returns
     -------
@@ -364,8 +371,8 @@ def point_tangents(
     """Compute unit tangents of the points of a mesh, as MikkTSpace does.
 
     At each corner of a face, ∂p/∂u follows from the edges to the two neighbours. This vector is projected onto the
-    tangent plane, normalized, and weighted by the angle between the two edges. Unlike MikkTSpace, points are not split
-    at mirrored texture seams, where the tangents of the faces may cancel.
+    tangent plane, normalized, and weighted by the angle between the two edges. Unlike in MikkTSpace, points are not
+    split at mirrored texture seams, so the tangents of the faces may cancel there.
 
     Parameters
     ----------

@@ -204,7 +204,7 @@ def perspective(view_angle: float, aspect: float, near: float, far: float) -> Fl
 
 
 def _interval(first: str, begin: Any, last: str, end: Any) -> tuple[float, float, float]:
-    """Check two opposite edges of the window, which must differ.
+    """Check that two opposite edges of the window are finite numbers, and that they differ by a finite amount.
 
     Parameters
     ----------
@@ -341,7 +341,7 @@ def plane_normal(*plane: Any) -> Float64Array:
         normal, got, allowed = (
             common_integers(coefficients[:3]),
             str(coefficients),
-            "coefficients of which a, b and c are not all zero",
+            "coefficients with a, b and c not all zero",
         )
     else:
         check.refuse("plane", items, "(a, b, c), (a, b, c, d) or three points", "Each point has three numbers.")

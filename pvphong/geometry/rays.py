@@ -18,7 +18,9 @@ LONGEST = 4.0 * NEAR
 
 @formula
 def begun_near(start: Any, direction: Any, length: Any) -> Any:
-    """Move a ray's start to just before the triangles, which all lie in [−1, 1], if it begins farther away.
+    """Move a ray's start along the ray to a point near the triangles, if the ray begins far away.
+
+    All triangles lie in [−1, 1].
 
     Parameters
     ----------

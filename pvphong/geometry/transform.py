@@ -5,8 +5,8 @@ multiplied by the inverse-transpose of L / w. The inverse-transpose of a matrix 
 factor and the sign of its determinant.
 
 Each row of a result depends only on the same row of the input and on the matrix, not on other rows or the memory
-layout. Rows that would overflow or underflow are computed again with separate exponents, which gives the same bits
-wherever both ways are possible.
+layout. Rows that would overflow or underflow are computed again with separate exponents. For a row that neither
+overflows nor underflows, both ways give the same bits.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class MatrixClass(Enum):
 def class_of(matrix: Float64Array) -> MatrixClass:
     """Return the class of a (4, 4) affine matrix.
 
-    A translation or a uniform scale is recognized if exact, a similarity to 1e-12.
+    A translation or a uniform scale is recognized only if it is exact. A similarity is recognized if it is accurate to
+    1e-12.
     """
     linear, w = matrix[:3, :3], matrix[3, 3]
     if np.array_equal(linear, np.eye(3) * linear[0, 0]) and np.sign(linear[0, 0]) == np.sign(w):
@@ -84,8 +85,8 @@ class SingularMatrixWarning(UserWarning):
 def normal_matrix(matrix: MatrixLike) -> Float64Array:
     """Return the matrix for normals of points transformed by `matrix`: the inverse-transpose, up to a positive factor.
 
-    It is computed in exact arithmetic from the stored numbers and rounded once. So it is accurate for any condition
-    number, and its sign is right for mirrors (det < 0) and for a negative last entry (w < 0).
+    The result is computed in exact arithmetic from the stored numbers and rounded once. So it is accurate for any
+    condition number, and its sign is right for mirrors (det < 0) and for a negative last entry (w < 0).
 
     Parameters
     ----------
@@ -261,7 +262,7 @@ def affine_matrix(matrix: MatrixLike) -> Float64Array:
     Raises
     ------
     ValueError
-        If it is not finite, has another shape, or its last row is projective.
+        If the matrix is not finite or has another shape, or if its last row is projective.
     """
     result = check.matrix4("matrix", matrix)
     if result[3, :3].any() or result[3, 3] == 0.0:
@@ -302,7 +303,7 @@ def _cofactors(matrix: MatrixLike) -> list[int]:
 def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64Array:
     """Multiply each row of an (n, 3) array by a matrix, and divide by w: (coefficients @ row) / w, shape (n, 3).
 
-    `coefficients` has the shape (3, 3), or (3, 4) with a constant to add before the division as its last column.
+    `coefficients` has the shape (3, 3) or (3, 4). A fourth column is added to the product before the division.
     """
     with np.errstate(all="ignore"):
         result = _sums(rows.astype(np.float64, copy=False), coefficients)
@@ -321,8 +322,8 @@ def _product(rows: FloatArray, coefficients: Float64Array, w: float) -> Float64A
 def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
     """Multiply each row of an (n, 3) array by a matrix: coefficients @ row, shape (n, 3).
 
-    `coefficients` has the shape (3, 3), or (3, 4) with a constant to add as its last column. Terms are summed in the
-    order x, y, z, 1, which a product by BLAS does not guarantee.
+    `coefficients` has the shape (3, 3) or (3, 4). A fourth column is added to the product. Terms are summed in the
+    order x, y, z, 1; a product by BLAS would not guarantee this order.
     """
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     result = np.empty(rows.shape)
@@ -340,7 +341,7 @@ def _sums(rows: Float64Array, coefficients: Float64Array) -> Float64Array:
 
 
 def common_integers(values: Sequence[float]) -> list[int]:
-    """Return integers that are exactly proportional to finite floats: each is its float times the same power of two."""
+    """Return integers that are exactly proportional to finite floats: the floats times one common power of two."""
     ratios = [value.as_integer_ratio() for value in values]
     shift = max(below for _, below in ratios).bit_length()
     return [above << (shift - below.bit_length()) for above, below in ratios]
@@ -368,7 +369,7 @@ def _wide_sums(
     rows : ndarray
         Shape (n, 3).
     mantissas, exponents : ndarray
-        The matrix is `mantissas * 2**exponents`, shape (k, 3), or (k, 4) with a constant to add as its last column.
+        The matrix is `mantissas * 2**exponents`, shape (k, 3) or (k, 4). A fourth column is added to the product.
 
     Returns
     -------

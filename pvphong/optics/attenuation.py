@@ -23,7 +23,7 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 
 
 def checked_coefficients(name: str, value: VectorLike) -> Vector:
-    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and one not zero.
+    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and at least one > 0.
 
     `name` is the argument's name in messages.
     """
@@ -47,9 +47,9 @@ def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
 def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
     """Return the attenuation for each distance, limited to the largest float.
 
-    `attenuation` has the constant, linear and quadratic coefficients. The result is 0 for a distance of NaN, which
-    means a point that is not finite. At the distance 0 it is 1 over the constant coefficient, or 0 if that is 0,
-    because a light does not light its own position.
+    `attenuation` has the constant, linear and quadratic coefficients. The result is 0 for a distance of NaN (a point
+    that is not finite). At the distance 0, the result is 1 over the constant coefficient. If this coefficient is 0, the
+    result is 0 there, because a light does not light its own position.
     """
     constant, linear, quadratic = attenuation
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -66,7 +66,7 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
 def strength_at(distance: float, attenuation: VectorLike) -> float:
     """Return the attenuation at one distance, by the constant, linear and quadratic coefficients.
 
-    At the distance 0, it is infinite if the constant coefficient is 0.
+    At the distance 0, the result is infinite if the constant coefficient is 0.
     """
     constant, linear, quadratic = attenuation
     weakening = divisor(constant, linear, quadratic, distance)

@@ -71,7 +71,7 @@ def _cmap(name: str, value: Any) -> Any:
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:
-    """Return "Did you mean …?" if `value` differs from a known name only in upper and lower case; otherwise ""."""
+    """Return "Did you mean …?" if `value` differs from a name in `known` only in upper and lower case; else ""."""
     alike = [name for name in known if name.lower() == value.lower()]
     return f"Did you mean {alike[0]!r}?" if alike else ""
 
@@ -200,7 +200,7 @@ class Colormap:
         if hasattr(self.cmap, "MapScalars"):
             for name in _OF_TABLE:
                 if name in self.given:
-                    check.refuse(name, getattr(self, name), "omitted with a lookup table, which defines it")
+                    check.refuse(name, getattr(self, name), "omitted with a lookup table: the table defines it")
 
     @property
     def given(self) -> dict[str, Any]:
@@ -231,6 +231,8 @@ class Colormap:
     def to_dict(self, place: str = "colormap") -> dict[str, Any]:
         """Return the colormap's fields as a dictionary for JSON; `from_dict` restores the colormap.
 
+        Error messages begin with `place`.
+
         Raises
         ------
         ValueError
@@ -247,7 +249,10 @@ class Colormap:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "colormap") -> Colormap:
-        """Restore a colormap from `to_dict`; raise ValueError, with `place` in its message, for invalid fields."""
+        """Restore a colormap from the result of `to_dict`.
+
+        For an invalid field, raise a ValueError whose message begins with `place`.
+        """
         if "scalars" not in documents.entries(place, given):
             check.refuse(f"{place}.scalars", "nothing", "the name of a point or cell array")
         return documents.value(place, cls, given)

@@ -1,13 +1,13 @@
 """Base class of lights: the fields and checks that all lights share, and the methods that a kind of light overrides.
 
-A new kind of light is one file in `pvphong/optics/lights/` and its entry in `LIGHT_TYPES` there, whose key is its name
-in scene files. That package's docstring lists the steps that make it public and tested.
+A new kind of light is one file in `pvphong/optics/lights/`, and an entry in `LIGHT_TYPES` there. The entry's key is the
+kind's name in scene files. That package's docstring lists the steps that make it public and tested.
 
 A kind of light declares its fields with roles (`roles.py`), and must define one of:
 
 - `placement`: its position and falloff;
 - `nodes`: the lights without a size of which it is the sum;
-- `arrival`: the light that arrives at a vertex, which only the readable evaluator runs.
+- `arrival`: the light that arrives at a vertex. Usually only the readable evaluator calls it; see `Light.placement`.
 
 All other methods have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements of lights, and
 `lights/conversion.py` the lights that VTK draws in their place. A kind that is not registered in these two files is
@@ -42,7 +42,7 @@ class Arrival(NamedTuple):
 
     to_light: FloatArray
     """Vectors towards the light, shape (3, n), or (3, 1) if constant. Not necessarily unit length; see
-    `inverse_length`. They decide whether the light is in front of a surface or behind it."""
+    `inverse_length`. The vectors decide whether the light is in front of a surface or behind it."""
 
     strength: Float64Array | float
     """Attenuation times spot factor, a · s in the lighting model: shape (n,), or one float if constant."""
@@ -64,7 +64,7 @@ NODES = 64
 class Integral(NamedTuple):
     """Light that a lobe reflects from an area light of intensity 1.
 
-    It is the limit of the sum over the light's nodes as the number of nodes grows.
+    The integral is the limit of the sum over the light's nodes as the number of nodes grows.
     """
 
     formula: Callable[..., Any]
@@ -96,7 +96,7 @@ class PunctualParameters(NamedTuple):
     axis. The strength is multiplied by `power` of this angle's cosine."""
 
     power: Power | None = None
-    """Power of the cosine, if there is a falloff."""
+    """Power of the cosine; None without a falloff."""
 
     parameters: tuple[float, ...] = ()
     """Numbers that the formula `falloff` reads, at most eight."""
@@ -113,7 +113,7 @@ def _color_or_none(name: str, value: Any) -> Any:
 class _Kind(type):
     """Metaclass of lights. For concrete lights, help() and tab completion omit the methods used for evaluation.
 
-    `Light` itself lists all of them, for authors of new kinds.
+    For `Light` itself, help() and tab completion list all methods, for authors of new kinds.
     """
 
     def __dir__(cls) -> list[str]:
@@ -270,13 +270,13 @@ class Light(metaclass=_Kind):
     def placement(self) -> PunctualParameters | None:
         """Position and falloff of a light without a size; None for a kind that defines `nodes` or `arrival` instead.
 
-        A kind that defines only `arrival` is lit by compiled code if its `is_uniform` is True. Otherwise only the
-        readable evaluator lights scenes with it.
+        For a kind that defines only `arrival`, `is_uniform` decides: if it is True, compiled code and the readable
+        evaluator can light scenes with this kind; if it is False, only the readable evaluator can.
         """
         return None
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light that arrives at points; for an area light, that from its centre.
+        """Return the light that arrives at points; for an area light, as if all light came from its centre.
 
         Parameters
         ----------
@@ -310,7 +310,10 @@ class Light(metaclass=_Kind):
         return (self,)
 
     def nodes_for(self, sharpness: float) -> int:  # noqa: ARG002 the same for all lobes
-        """Return how many nodes approximate the light for a reflectance whose `Reflectance.sharpness` is given."""
+        """Return the number of nodes that approximate the light, given the sharpness of a reflectance.
+
+        `Reflectance.sharpness` defines the sharpness.
+        """
         return NODES
 
     @property
@@ -334,7 +337,7 @@ class Light(metaclass=_Kind):
         return 0.0
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:  # noqa: ARG002 it has none
-        """Split the light into lights of a single colour each, for which there are closed forms.
+        """Split the light into lights with one colour each. Such lights have closed forms.
 
         Parameters
         ----------
@@ -367,7 +370,9 @@ class Light(metaclass=_Kind):
     # -- conversion to VTK
 
     def to_pyvista(self, viewer: Any = None) -> pv.Light:
-        """Return the light as a new `pyvista.Light`, its floats unrounded; or the nearest light that VTK has.
+        """Return the light as a new `pyvista.Light`, its floats unrounded.
+
+        If VTK has no such light, the result is the nearest light that VTK has.
 
         A light in the camera frame becomes a camera light, a headlight becomes a headlight, and any other light becomes
         a scene light. VTK clamps spot exponents to 128 and does not store names of lights.

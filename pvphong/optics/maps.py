@@ -75,7 +75,7 @@ class Map:
         return f"<{type(self.source).__name__}{'' if shape is None else f' of shape {shape}'}>"
 
     def __reduce__(self) -> Any:
-        """Pickle an array unchanged, and a texture, which VTK cannot pickle, as its image and its settings."""
+        """Pickle an array unchanged, and a texture as its image and settings. (VTK cannot pickle textures.)"""
         texture = self.source
         if not is_texture(texture):
             return Map, (texture,)
@@ -106,7 +106,7 @@ def map_in(name: str, value: Any) -> AnyMap | None:
     """Return the value of the field `name` as a map; None if it is a number or a colour.
 
     The map is a `Map` of an array or a texture, the name of an array or image file, or a `Colormap`. In a field of
-    colours, a string that is a colour's name, and a sequence of three numbers, are a colour.
+    colours, a string that is a colour's name means this colour, and a sequence of three numbers is a colour too.
     """
     is_color = name in COLORS
     if isinstance(value, Map):
@@ -165,8 +165,8 @@ class NamedColor(tuple[float, float, float]):
 def color_or_map(name: str, value: Any) -> Any:
     """Check the value of the field `name`, a colour or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`, a colour that is given by its name as a `NamedColor`, and any other colour as by
-    `check.color`.
+    A map is returned as by `map_in`. A colour that is given by its name becomes a `NamedColor`. Any other colour is
+    returned as by `check.color`.
     """
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
@@ -209,7 +209,7 @@ class Values(NamedTuple):
 
 
 def above(largest: float) -> float:
-    """Return the least power of two that is not below a number >= 0; 1 for 0.
+    """Return the least power of two that is at least `largest`, a number >= 0; for 0, return 1.
 
     Colours are divided by the result. Division by a power of two is exact, so that no vertex's colour depends on the
     others.
@@ -279,7 +279,7 @@ def map_values(name: str, value: Any, count: int) -> Values:
 
 
 def _range_of(numbers: Any) -> tuple[float, float]:
-    """Return the least and the greatest number of an (n, 1) or (n, 3) array of floats; NaN if it contains a NaN.
+    """Return the least and the greatest number of an (n, 1) or (n, 3) array of floats; NaN if the array contains a NaN.
 
     For colours >= 0, the least may be returned as 0. Read as unsigned integers, floats >= 0 keep their order, and
     negative floats are larger. So the greatest integer, found in one pass, proves that all colours are >= 0.

@@ -148,7 +148,7 @@ class Material:
 
     @property
     def _unset(self) -> list[str]:
-        """Names of the fields that have their defaults, among those that earlier versions' scene files lack."""
+        """Names of the fields that have their default and that scene files of earlier versions do not have."""
         return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
@@ -182,7 +182,7 @@ class Material:
     def without_albedo(self) -> Self:
         """Return an equivalent material with an albedo of 1: ambient and diffuse are multiplied by the albedo.
 
-        None of these three fields may be a map.
+        Neither albedo, ambient nor diffuse may be a map.
         """
         if self.albedo == 1.0:
             return self
@@ -197,8 +197,8 @@ class Material:
     def named(cls, name: str) -> Self:
         """Return a material by its name, case-insensitive.
 
-        "gold" and "red plastic" are among the classic materials of OpenGL teaching, which use the light model's
-        reflection; "metallic gold", "chalk" and "car paint" have their own reflectance.
+        "gold" and "red plastic" are among the classic materials of OpenGL teaching. The classic materials use the light
+        model's reflection; "metallic gold", "chalk" and "car paint" have their own reflectance.
 
         Raises
         ------
@@ -387,9 +387,10 @@ def without_maps(material: Material, where: str) -> Material:
 
 
 def refuse_maps_in_vtk(material: Material) -> None:
-    """Raise ValueError for maps that VTK cannot draw, because it has one property for a whole mesh.
+    """Raise ValueError for maps that VTK cannot draw, because VTK has one property for a whole mesh.
 
-    Only an albedo can be drawn, as vertex colours: it must be uint8, and the colours that it multiplies must be grey.
+    Only a map of the albedo can be drawn, as vertex colours. The map must then be uint8, `ambient` and `diffuse` must
+    be grey, and the material must have neither an emission nor a reflectance.
     """
     for name, given in material.maps.items():
         if name != "albedo":

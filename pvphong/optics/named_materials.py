@@ -66,7 +66,7 @@ def _scattering(color: float | Vector, reflectance: Reflectance, **more: Any) ->
 
 
 def _metal(color: Vector, shininess: float) -> dict[str, Any]:
-    """Return the fields of a material with the reflectance `Metal` over a diffuse base of a fifth of its colour.
+    """Return the fields of a material with the reflectance `Metal`; its diffuse colour is a fifth of `color`.
 
     `color` is linear, at normal incidence; the values are from N. Hoffman's SIGGRAPH courses.
     """

@@ -108,7 +108,7 @@ class Panorama:
 
     @cached_property
     def harmonics(self) -> Float64Array:
-        """Coefficients of the image's spherical harmonics, as from `projected`, over the image's largest number."""
+        """Coefficients of the image's spherical harmonics, as from `projected`, divided by `largest`."""
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_uniform else scaled, 1 if self.is_uniform else BANDS)
 
@@ -137,7 +137,8 @@ def _angles(count: int) -> Float64Array:
 def image_or_color(name: str, value: Any) -> Any:
     """Return a checked colour, or the `Panorama` made from an array, a texture, or a mapping from a scene file.
 
-    A texture's 8-bit values are decoded from sRGB if the texture is marked as sRGB, and refused otherwise.
+    The 8-bit values of a texture that is marked as sRGB are decoded from sRGB. Without this mark, 8-bit values are
+    refused.
     """
     if isinstance(value, Panorama):
         return value
@@ -181,7 +182,7 @@ def _linear(name: str, values: Any, remedy: str) -> FloatArray:
 
 
 def _from_file(name: str, entries: Mapping[str, Any]) -> Panorama:
-    """Make a panorama from the mapping of its fields that a scene file stores.
+    """Make a panorama from `entries`, the mapping of a panorama's fields in a scene file.
 
     `name` is the argument's name in messages.
     """

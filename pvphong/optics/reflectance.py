@@ -89,14 +89,14 @@ class Lobe(NamedTuple):
     """One part of a reflectance: a factor per vertex, times a constant colour."""
 
     component: Component
-    """Selects the colours of the light and of the material that multiply the lobe's factor, and the result to which it
-    is added."""
+    """Selects the colours of the light and of the material that multiply the lobe's factor, and the result to which the
+    lobe is added."""
 
     takes_albedo: bool
-    """True if the albedo multiplies its colour."""
+    """True if the albedo multiplies the lobe's colour."""
 
     needs_viewer: bool
-    """True if its factor depends on the direction to the viewer."""
+    """True if the lobe's factor depends on the direction to the viewer."""
 
     color: Vector = WHITE
     """Constant factor of the lobe's colour."""
@@ -133,11 +133,11 @@ class Reflectance(ABC):
     eye."""
 
     needs: ClassVar[frozenset[str]] = frozenset()
-    """Inputs that it needs in addition to normals and the viewer: "tangents" for `Geometry.t`."""
+    """Inputs that the reflectance needs in addition to normals and the viewer: "tangents" for `Geometry.t`."""
 
     maps: ClassVar[frozenset[str]] = frozenset()
-    """Names of the fields that may be maps. "specular" among them is the material's field; evaluators multiply the
-    specular lobes by it."""
+    """Names of the fields that may be maps. The name "specular" means the material's field `specular`: evaluators
+    multiply the specular lobes by its map."""
 
     @property
     @abstractmethod
@@ -151,8 +151,8 @@ class Reflectance(ABC):
     def over(self, maps: Mapping[str, tuple[float, float]]) -> Reflectance:  # noqa: ARG002 colours are the same
         """Return a reflectance whose lobes' colours are at least as bright as the colours at any vertex.
 
-        Only a reflectance with a field that may be a map and that changes the colours overrides this method. In `self`,
-        such fields already have the map's greatest number.
+        A reflectance overrides this method if one of its fields may be a map and changes the colours. The method is
+        called on a copy of the reflectance in which each field with a map is set to the map's greatest number.
 
         Parameters
         ----------
@@ -162,10 +162,12 @@ class Reflectance(ABC):
         return self
 
     factors: ClassVar[staticmethod[[Any, Geometry, Any], tuple[Any, ...]]]
-    """Formula that returns the factor of each lobe. Its arguments are the reflectance's `parameters`, the geometry, and
-    the highlight, which is the `power` of the cosine around the peak, if the reflectance has one.
+    """Formula that returns the factor of each lobe. It has three arguments: the reflectance's `parameters`, the
+    geometry, and the highlight. The highlight is the `power` of the cosine around the peak, if the reflectance has a
+    `power`.
 
-    The first factor does not depend on the highlight, which is not computed if only the first lobe is needed.
+    The first factor must not depend on the highlight, because the highlight is not computed if only the first lobe is
+    needed.
 
     Factors must be 0 if n or l is zero. Evaluators set lobes that need a viewer to 0 where v is undefined.
     """
@@ -175,10 +177,10 @@ class Reflectance(ABC):
     the parameters without the map. None if no field may be a map."""
 
     peak: ClassVar[Peak | None] = None
-    """Peak of its highlight; None if it has no highlight."""
+    """Peak of the highlight; None if the reflectance has no highlight."""
 
     def power(self, maps: Mapping[str, Any]) -> Power | None:  # noqa: ARG002 it has none
-        """Return the highlight as a power of the cosine around its peak; None if it has another form or is missing.
+        """Return the highlight as a power of the cosine around its peak; None if there is no such highlight.
 
         Parameters
         ----------

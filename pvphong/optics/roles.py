@@ -59,9 +59,9 @@ class Role:
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return the value in the world frame that the field of a headlight has for a viewer.
+        """Return the value of a headlight's field in the world frame, for a viewer.
 
-        By default, the headlight's own `value` is taken as eye-space coordinates and converted.
+        By default, `value`, the field's own value, is in eye space and is converted to the world frame.
         """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
@@ -119,15 +119,15 @@ class Corners(Role):
 
 @dataclass(frozen=True)
 class Length(Role):
-    """A size, in the mesh's unit.
+    """Role of a field that holds a size, in the mesh's unit.
 
     Parameters
     ----------
     share : float, default 1
         Distance of the size's handle from the light's middle, as a fraction of the size.
     axis : {0, 1}
-        Direction from the light's middle to the handle: 0 for right, 1 for up. These are the light's own directions if
-        it has an `Up`, else those of the picture.
+        Direction from the light's middle to the handle: 0 for right, 1 for up. If the light has a field with the role
+        `Up`, right and up are the light's own; else they are those of the picture.
     """
 
     share: float = 1.0
@@ -138,7 +138,7 @@ class Length(Role):
 
 @dataclass(frozen=True)
 class Angle(Role):
-    """An angle, in degrees.
+    """Role of a field that holds an angle, in degrees.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class Power(Falloff):
 
 
 def meaning(role: Role, default: Any) -> Any:
-    """Declare a dataclass field of a light with a role, which checks the field's value."""
+    """Declare a dataclass field of a light that has the role `role`. The role's check checks the field's value."""
     return check.field(role.check, default, role=role)
 
 
@@ -226,7 +226,7 @@ def angle(default: float, handle: str, **limits: Any) -> Any:
 
 
 def direction_from(position: Any, target: Any) -> Vector:
-    """Return the vector from a position to a target; raise ValueError, which names the target, if they are the same."""
+    """Return the vector from a position to a target. If they are the same, raise a ValueError that names the target."""
     (x, y, z), (a, b, c) = check.vector("position", position), check.vector("target", target)
     if (x, y, z) == (a, b, c):
         check.refuse("target", target, "different from position", "The light shines from position to target.")

@@ -56,8 +56,8 @@ class LightModel:
         "vtk" reproduces VTK's shader: three tiers of lighting code, a floor of 1e-5 under the highlight's cosine,
         material ambient not multiplied by any light, ambient and specular colours of lights ignored, a local viewer
         even in parallel projection, exponents of at most 128, and scenes without lights drawn unlit. `ambient` then has
-        no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, which includes a final
-        gamma of 2.2.
+        no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, including a final gamma of
+        2.2.
     shadows : bool, default False
         If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
         itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size, it is the
@@ -69,13 +69,13 @@ class LightModel:
         mesh's unit, up to which geometry occludes the sky; True means any distance.
     bounces : int, default 0
         Number of diffuse reflections between surfaces to compute, up to 65,536. `ambient` stands for the reflections
-        that are not computed: with 0 for all, else for those after the last computed one. Surfaces reflect on the side
-        to which their normals point; their other sides are black.
+        that are not computed: for all reflections if `bounces` is 0, else for the reflections after the last computed
+        one. Surfaces reflect on the side to which their normals point; their other sides are black.
 
     Raises
     ------
     ValueError
-        If a field is out of range, or VTK does not support it in VTK's convention.
+        If a field is out of range, or has a value that VTK's convention does not support.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class LightModel:
 
     @property
     def occlusion_distance(self) -> float:
-        """Distance beyond which geometry does not occlude the sky; infinite unless `ambient_occlusion` is a number."""
+        """Distance up to which geometry occludes the sky: `ambient_occlusion` if it is a number, infinity if a bool."""
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property
@@ -142,7 +142,9 @@ class LightModel:
 
     @classmethod
     def vtk(cls, two_sided: bool = True) -> Self:
-        """Return the model of VTK's shader: two-sided as VTK draws surfaces, or one-sided as VTK draws points.
+        """Return the model of VTK's shader.
+
+        VTK lights both sides of surfaces (`two_sided` is True), but only one side of points (`two_sided` is False).
 
         Source: VTK's vtkOpenGLPolyDataMapper.cxx (ReplaceShaderLight).
         """

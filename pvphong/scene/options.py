@@ -32,7 +32,7 @@ _PLACES = {
 
 
 def known_options(function: Function) -> Function:
-    """Decorate a function: an option that it does not have raises a ``TypeError`` that says where it belongs."""
+    """Decorate a function, so that an unknown option raises a ``TypeError`` that says where the option belongs."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)

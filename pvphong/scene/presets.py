@@ -20,12 +20,12 @@ _NEARLY_ALONG_UP = 0.2  # sine of the angle between the view axis and `up`
 
 
 class Surroundings:
-    """Places around a mesh, as the viewer sees it.
+    """Directions and lights around a mesh, by angles relative to the viewer.
 
     Parameters
     ----------
     mesh, viewer
-        As for `three_point`.
+        As for `three_point`: the mesh or its bounds, and the viewer or None.
     """
 
     def __init__(self, mesh: Any, viewer: Viewer | None) -> None:
@@ -40,19 +40,21 @@ class Surroundings:
             check.refuse("bounds", bounds.tolist(), "the bounds of a mesh with at least two different points")
 
     def towards(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre of the mesh, by its angles to the direction to the viewer.
+        """Return a unit vector from the centre of the mesh, given its angles to the direction to the viewer.
 
-        `azimuth` is to the right as the viewer sees it, `elevation` above the view axis; both are in degrees.
+        `azimuth` is the angle to the right as seen by the viewer, `elevation` the angle above the view axis, both in
+        degrees.
         """
         across, above = math.radians(azimuth), math.radians(elevation)
         in_eye_space = math.sin(across) * math.cos(above), math.sin(above), math.cos(across) * math.cos(above)
         return np.array(self.viewer.vector_to_world(in_eye_space))
 
     def above_horizon(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre of the mesh, by its angles to the viewer and to the horizon.
+        """Return a unit vector from the centre of the mesh, given its angles to the viewer and to the horizon.
 
-        `azimuth` is to the right as the viewer sees it, `elevation` above the horizon, both in degrees. The horizon is
-        perpendicular to the viewer's `up`. If the viewer looks nearly along `up`, the result is that of `towards`.
+        `azimuth` is the angle to the right as seen by the viewer, `elevation` the angle above the horizon, both in
+        degrees. The horizon is perpendicular to the viewer's `up`. If the viewer looks nearly along `up`, the result is
+        that of `towards`.
         """
         up = np.array(unit_vector(self.viewer.up))
         _, own_up, back = self.viewer.axes
@@ -64,7 +66,7 @@ class Surroundings:
         return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
 
     def level(self, up: Float64Array) -> Float64Array:
-        """Return the horizontal unit vector to the viewer: perpendicular to `up`, a unit vector."""
+        """Return the unit vector that points horizontally towards the viewer: perpendicular to the unit vector `up`."""
         _, own_up, back = self.viewer.axes
         along = back - (back @ up) * up
         if np.linalg.norm(along) < _NEARLY_ALONG_UP:  # the viewer looks along `up`
@@ -74,16 +76,16 @@ class Surroundings:
     def softbox(
         self, name: str, azimuth: float, elevation: float, brightness: float, width: float, height: float
     ) -> Light:
-        """Return a rectangle light at the given angles of `above_horizon` that faces the centre of the mesh.
+        """Return a rectangle light that faces the centre of the mesh, at an azimuth and an elevation.
 
         Parameters
         ----------
         name : str
             Name of the light.
         azimuth, elevation : float
-            Angles in degrees.
+            Angles in degrees, as for `above_horizon`.
         brightness : float
-            Colour of a white patch at the centre that faces the light, if the light were small.
+            Brightness of a white patch at the mesh's centre, facing the light, computed as if the light were small.
         width, height : float
             Size, in diagonals of the mesh's bounds.
         """
@@ -177,7 +179,9 @@ _SKY = np.concatenate([_SKY, np.broadcast_to(_GROUND, (8, 2, 3))]).astype(np.flo
 
 
 class Setups(Mapping[str, Callable[..., tuple[Light, ...]]]):
-    """Set-ups of lights: name → function of a mesh, or its bounds, and of a viewer, which returns the lights.
+    """Set-ups of lights, as a mapping from names to functions.
+
+    Each function takes a mesh, or its bounds, and optionally a viewer. It returns the lights.
 
     - "three-point": key, fill and rim light without a size; see `three_point`.
     - "product": a large softbox above, a weak one opposite, and a narrow one behind the mesh.
@@ -228,8 +232,8 @@ def key_fill_rim() -> tuple[Light, ...]:
     Returns
     -------
     tuple of Light
-        "key", warm, from the upper left; "fill", weaker and cool, from the right, which lights all surfaces that face
-        the viewer; "rim", from behind.
+        "key" is warm, from the upper left. "fill" is weaker and cool, from the right, and lights all surfaces that face
+        the viewer. "rim" comes from behind.
     """
     return (
         DirectionalLight(direction=(1.0, -1.0, -1.4), diffuse=(0.95, 0.93, 0.9), frame="camera", name="key"),

@@ -79,8 +79,8 @@ class Scene:
     def _converted(self, light: Any) -> Light:
         """Convert a VTK light to a pvphong light; a pvphong light is returned unchanged.
 
-        VTK stores the position of a camera light as a multiple of the viewer's distance from its focal point. So such a
-        light needs the scene's viewer; without a viewer, it raises ValueError.
+        VTK stores the position of a camera light as a multiple of the viewer's distance from its focal point. So the
+        conversion of a camera light needs the scene's viewer. Without a viewer, ValueError is raised.
         """
         if self.viewer is not None:
             return host.answers().from_vtk(light, self.viewer.distance)
@@ -158,9 +158,10 @@ class Scene:
         path : path
             The file.
         materials : mapping, optional
-            Materials to store with the scene, by name. `load_materials` returns them. `pvphong shade --scene` uses the
-            material with the block's name, or else the material "default". Maps in materials must be names of point
-            arrays or paths of image files; paths are stored relative to the file's folder.
+            Materials to store with the scene, by name. `load_materials` returns them. For each block of a mesh,
+            `pvphong shade --scene` uses the material that has the block's name, or else the material "default". Maps in
+            materials must be names of point arrays or paths of image files; paths are stored relative to the file's
+            folder.
 
         Raises
         ------
@@ -230,9 +231,10 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
 
 
 def _material_of(place: str, entry: Any) -> Material:
-    """Return a material from its entry in a scene file: a mapping of its fields, or its name in files written by hand.
+    """Return the material that an entry of a scene file describes.
 
-    `place` is the position of the entry, for messages.
+    The entry is a mapping of the material's fields or, in files written by hand, the material's name. `place` is the
+    position of the entry in the file; error messages contain it.
     """
     if isinstance(entry, str):
         return Material.named(check.choice(place, entry.lower(), Material.names()))
@@ -247,10 +249,7 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a material in which `change` has been applied to the paths of image files.
-
-    In a scene file, paths are relative to the file's folder.
-    """
+    """Return a copy of a material in which each path of an image file is replaced by `change(path)`."""
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
@@ -265,7 +264,7 @@ def is_scene_file(path: str | os.PathLike[str]) -> bool:
 
 
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read a scene file, and return its content as a mapping, after a check of format, version and keys."""
+    """Read a scene file, check its format, version and keys, and return its content."""
     document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         allowed = f'a scene file, a JSON object with "format": "{_FORMAT}"'
@@ -284,7 +283,7 @@ SceneLike = Scene | Light | Iterable[Any]
 
 
 def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = None) -> Scene:
-    """Return a scene from an argument that may also be a light or lights; these get the standard light model.
+    """Return a scene unchanged, or make a scene with the standard light model from a light or lights.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Viewer:
     focal_point : sequence of float, default (0, 0, 0)
         The point that the eye looks at; different from `position`.
     up : sequence of float, default (0, 1, 0)
-        The direction that is up in the image. It must not be parallel to the view axis if it is used.
+        The direction that is up in the image. If `up` is used, it must not be parallel to the view axis.
     parallel : bool, default False
         Parallel projection: the direction to the viewer is the same everywhere.
     view_angle : float, default 30
@@ -117,7 +117,7 @@ class Viewer:
         return cls(position=(1.0, 1.0, 1.0), up=(0.0, 0.0, 1.0)).moved_to_see(bounds)
 
     def moved_to_see(self, bounds: VectorLike) -> Self:
-        """Return this viewer, moved so that the whole box is in view; the view direction is the same.
+        """Return a copy of this viewer, moved so that a whole box is in view; the view direction stays the same.
 
         Parameters
         ----------

@@ -235,10 +235,7 @@ NO_PLANES = [(), (1, 2), (7.0,), ("abc",), ((1, 0, 0), (0, 1, 0)), ((1, 0, 0), 2
     ("call", "message"),
     [
         *[(points, r"^plane must be three points that are not collinear; got p=\(") for points in COLLINEAR],
-        *[
-            (zero, r"^plane must be coefficients of which a, b and c are not all zero; got \(0.0, 0.0")
-            for zero in ZEROS
-        ],
+        *[(zero, r"^plane must be coefficients with a, b and c not all zero; got \(0.0, 0.0") for zero in ZEROS],
         *[(call, r"^plane must be \(a, b, c\), \(a, b, c, d\) or three points; got ") for call in NO_PLANES],
         (((1, 0), (0, 1), (1, 1)), "^p must be 3 finite numbers"),
         ((1, np.nan, 0), r"^plane\[1\] must be a finite number"),

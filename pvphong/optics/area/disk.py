@@ -1,4 +1,4 @@
-"""Integrals over the visible part of a disk, and of a sphere, which is seen as the disk across its nearer cap.
+"""Integrals over the visible part of a disk or a sphere. A sphere is seen as the disk across its nearer cap.
 
 Symbols: m the vector to the centre, e the axis with e·m > 0, r the radius; n the normal of the horizon; u the unit
 vector upward in the disk's plane, and t = e × u; ω a unit direction in integrals, and dω its solid angle. All lengths
@@ -96,7 +96,7 @@ def _rim(m: Any, u: Any, t: Any, r: Any, delta: Any) -> Any:
 
 @formula
 def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
-    """Return the fraction of a disk's area that is above the horizon, and the vector from the vertex to its centroid.
+    """Return the fraction of a disk's area above the horizon, and the vector from the vertex to this part's centroid.
 
     m is the vector to the disk's centre, r its radius; u and β, `beta`, are from `_upward`.
     """
@@ -112,7 +112,7 @@ def _above(m: Any, u: Any, r: Any, beta: Any) -> Any:
 def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate 1/(π r²) · max(n·ω, 0) dω over the part of a disk light above the horizon.
 
-    Its arguments are those of `Integral.formula`; `own` has the disk's numbers. A whole disk gives (z T + 2 H c) / ((K
+    The arguments are those of `Integral.formula`; `own` has the disk's numbers. A whole disk gives (z T + 2 H c) / ((K
     + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product of the least and the greatest distance
     to the rim. T = S − (|m|² − r²) is computed without cancellation.
     """
@@ -183,7 +183,7 @@ _ARCTAN_REST = tuple((-1.0) ** (k + 1) / (2 * k + 1) for k in range(10, 0, -1))
 def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere light of radius r (Snyder 1996).
 
-    Its arguments are those of `Integral.formula`; `own` has the radius. Let s and C be the sine and cosine of the
+    The arguments are those of `Integral.formula`; `own` has the radius. Let s and C be the sine and cosine of the
     sphere's angular radius, d the distance to its centre, and c the cosine of the angle between n and the direction to
     the centre. If the sphere is entirely above the horizon, the result is c/d². If the horizon cuts it, the result is
     (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with W = √(s² − c²) and T = W/C. The result is computed without
@@ -210,8 +210,8 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
     """Describe a sphere light as seen from a vertex.
 
     d is the offset from the vertex to the sphere's centre, n the normal, and own[0] the radius. Return the scaled
-    offset m, the sine and cosine of the sphere's angular radius, |m|, the scale, and True if the vertex is lit: it is
-    outside the sphere and has a normal.
+    offset m, the sine and cosine of the sphere's angular radius, |m|, the factor by which lengths were scaled, and
+    whether the vertex is lit. A vertex is lit if it is outside the sphere and has a normal.
     """
     m, scale = scaled(d, own[0])
     r, distance = own[0] * scale, maximum(sqrt(dot(m, m)), 1e-100)
@@ -227,7 +227,7 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk light above the horizon.
 
-    Its arguments are those of `Integral.formula`; w is the lobe's axis.
+    The arguments are those of `Integral.formula`; w is the lobe's axis.
     """
     m, scale = scaled(d, own[RADIUS])
     e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
@@ -239,8 +239,8 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere light above the horizon.
 
-    Its arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk with the radius s at
-    the distance C, the sine and cosine of its angular radius.
+    The arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk. The disk's radius
+    is the sine of the sphere's angular radius, and its distance the cosine.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)

@@ -52,7 +52,7 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 def _first(m: int) -> float:
     """Return the polynomial Q of the order m in its first band, l = m, where Q is constant.
 
-    It includes the factor √2 that cosines and sines have for m > 0.
+    The result includes the factor √2 that cosines and sines have for m > 0.
     """
     constant = math.sqrt(0.25 / math.pi) * math.sqrt(2.0 if m else 1.0)
     return constant * math.prod(math.sqrt((2.0 * k + 1.0) / (2.0 * k)) for k in range(1, m + 1))
@@ -61,8 +61,8 @@ def _first(m: int) -> float:
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
     """Yield, for each band l, the values of the polynomials Q at n numbers z: an array (l + 1, n), a row for each m.
 
-    `start`, shape (bands, n), has the polynomial of each m in its first band, l = m. It may be multiplied by a factor
-    for each m, which then also multiplies all results of this m.
+    `start`, shape (bands, n), has the polynomial of each m in its first band, l = m. If the row of an m is multiplied
+    by a factor, this factor also multiplies all results for this m.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -137,7 +137,7 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
     coefficients : ndarray
         Shape (bands, bands, 2): coefficients of one channel, as from `projected`, after convolution with the lobe.
     hiding : float or None
-        Exponent of the lobe, if the horizon may cut it off; None if it cannot.
+        Exponent of the lobe if the horizon may cut the lobe off; else None.
     """
     bands, linear = len(coefficients), (0.0, 0.0, 0.0)
     in_squares = bands > 3 and not coefficients[3::2].any()
@@ -152,10 +152,10 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 
 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
-    """Return the numbers of the series of one order m, in the layout that is described above `sky_numbers`.
+    """Return the numbers of the series of one order m, in the layout that the comment above `sky_numbers` describes.
 
-    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` is as
-    for `sky_numbers`.
+    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` has
+    the shape (bands, bands, 2), as for `sky_numbers`.
     """
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands
@@ -184,8 +184,8 @@ def _numbers_of(steps: list[tuple[float, float, float, int]], m: int, coefficien
 def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
     """Return the light that a lobe reflects from a sky: a formula with the arguments of `Integral.formula`.
 
-    It is the sum of the sky's harmonics in the direction a, times the fraction of the lobe around a that is above the
-    horizon. `own` is from `sky_numbers`.
+    The result is the sum of the sky's harmonics in the direction a, times the fraction of the lobe around a that is
+    above the horizon. `own` is from `sky_numbers`, and `lobe` from `lobe_numbers`.
     """
     x, y, z = dot((own[0], own[1], own[2]), a), dot((own[3], own[4], own[5]), a), dot((own[6], own[7], own[8]), a)
     t = z * z if own[_IN_SQUARES] > 0.0 else z
@@ -219,9 +219,10 @@ def sky(own: Any, lobe: Any, _d: Any, n: Any, a: Any) -> Any:
 
 @formula
 def _up_to(lobe: Any, angle: Any) -> Any:
-    """Integrate cosᵏ from 0 to an angle of at most 90°, with k and the quadrature nodes from `lobe_numbers`.
+    """Integrate cosᵏ from 0 to an angle of at most 90°.
 
-    Under a gnomonic projection, a lobe max(w·u, 0)ᵏ is Student's t distribution, which has this density along a line.
+    `lobe` is from `lobe_numbers`; it contains k and the quadrature nodes. A gnomonic projection turns the lobe
+    max(w·u, 0)ᵏ into Student's t distribution. Along a line, the density of this distribution is cosᵏ.
     """
     half, total = 0.5 * minimum(angle, lobe[WINDOW]), 0.0 * angle
     for k in range(int(lobe[COUNT])):
@@ -241,7 +242,7 @@ def moments(power: float, bands: int) -> Float64Array:
 def moments_left(power: float, bands: int) -> float:
     """Return √(Σ (2l + 1) M²) over all l >= `bands`, rounded up; M are the factors that `moments` returns.
 
-    The sum follows from that of the other bands, by Parseval's theorem.
+    By Parseval's theorem, this sum follows from the sum over the other bands.
     """
     kept = moments(power, bands)
     return math.sqrt(max(2.0 / (2.0 * power + 1.0) - float((2.0 * np.arange(bands) + 1.0) @ kept**2), 0.0) + 1e-15)

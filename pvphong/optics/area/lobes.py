@@ -41,7 +41,7 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """The factor max(a·l, 0)ᵏ of a lobe, for n·l > 0, that is integrated over a light."""
+    """The factor max(a·l, 0)ᵏ of a lobe, to be integrated over a light. The factor is 0 where n·l <= 0."""
 
     around: Literal["normal", "mirror"]
     """The vector a: the normal, or the direction to the viewer mirrored at the normal."""
@@ -62,17 +62,17 @@ class CosinePower(NamedTuple):
 POWER, RAISED, NOTHING, WINDOW, BEYOND, POINT, PIECE, SHORT, FEW, FEW_NODES, COUNT, NODES = range(12)
 
 SMOOTH_FROM = 8.0
-"""Least power p whose integrands are smooth. Those of lower powers are not smooth on the equator of w, and nodes are
-denser there."""
+"""Least power p whose integrands are smooth. Integrands of lower powers are not smooth on the equator of w, so nodes
+are denser there."""
 
 
 class _Accuracy(NamedTuple):
-    """Numbers that define how accurately a lobe is integrated, which is 1 at its middle."""
+    """Numbers that define how accurately a lobe zᵖ is integrated. A lobe is 1 at its middle."""
 
     nothing: float
     """The zᵖ below which a smooth lobe is taken as 0."""
     nodes: int
-    """Number of nodes along an arc for a smooth lobe, which is nearly a Gaussian, cut off at `nothing`."""
+    """Number of nodes along an arc for a smooth lobe. Such a lobe is nearly a Gaussian, cut off at `nothing`."""
     crowded_nodes: int
     """Number of nodes for powers below `SMOOTH_FROM`."""
     piece: float
@@ -100,8 +100,8 @@ def gauss_legendre(count: int) -> tuple[Float64Array, Float64Array]:
 def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
     """Return the numbers by which formulas integrate the lobe max(z, 0)ᵏ, with k = `power`.
 
-    A comment at the beginning of the file describes their layout. They suit results in float64; if `rounded`, those in
-    float32, with fewer quadrature nodes.
+    A comment at the beginning of the file describes their layout. By default, the numbers suit results in float64. If
+    `rounded`, they suit results in float32, with fewer quadrature nodes.
     """
     accuracy, raised = _ROUNDED if rounded else _EXACT, power + 1.0
     is_smooth = raised >= SMOOTH_FROM
@@ -121,10 +121,11 @@ def lobe_numbers(power: float, *, rounded: bool = False) -> tuple[float, ...]:
 def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along arcs of great circles, counter-clockwise around their poles m.
 
-    z is the cosine with the lobe's axis w, and φ the angle around w. At the angle y from the point closest to w, z =
-    across · cos y and dφ = along · dy / (1 − z²). 1 − z is pole + 2 across sin² y/2, without cancellation. If only one
-    long side of a thin light is beyond the lobe's cutoff, a step of zᵖ at the cutoff would be as large as the integral.
-    So beyond the cutoff zᵖ keeps its value at the cutoff.
+    z is the cosine with the lobe's axis w, and φ the angle around w. At the angle y from the point closest to w,
+    z = across · cos y and dφ = along · dy / (1 − z²). With pole = 1 − across, 1 − z is
+    pole + 2 across sin² y/2; both are computed without cancellation. If only one long side of a thin light is beyond
+    the lobe's cutoff, a step of zᵖ at the cutoff would be as large as the integral. So beyond the cutoff zᵖ keeps its
+    value at the cutoff.
 
     Parameters
     ----------
@@ -205,8 +206,8 @@ def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along the great-circle arc from the direction of x to that of y, by `great_arc`.
 
-    `lobe` is from `lobe_numbers`, w the lobe's axis, and `side` the vector y − x, which is given so that no digits
-    cancel.
+    `lobe` is from `lobe_numbers`, w the lobe's axis, and `side` the vector y − x. `side` is an argument, because digits
+    would cancel in the difference of x and y.
     """
     across = cross(x, side)
     length = sqrt(dot(across, across))
@@ -265,6 +266,6 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 def whole(turned: Any) -> Any:
     """Return the boundary integral around a region, given the sum along its arcs.
 
-    The sum lacks a full turn if the region contains −w; it is then negative, and 2π is added.
+    The sum lacks a full turn if the region contains −w; the sum is then negative, and 2π is added.
     """
     return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

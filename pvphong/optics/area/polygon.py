@@ -57,7 +57,7 @@ def _offset(own: Any, k: Any, scale: Any) -> Any:
 
 @formula
 def scaled(d: Any, size: float) -> Any:
-    """Scale a vector d by a power of two, so that the larger of its components and `size` is about 1.
+    """Scale a vector d by a power of two, so that the largest of |x|, |y|, |z| and `size` becomes about 1.
 
     Return the scaled vector and the power of two. Both are NaN if d is not finite, so that the vertex is unlit.
     """
@@ -80,7 +80,7 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the point r of the horizon at which the lines are joined that close a clipped polygon.
+    """Return the point r of the horizon. All lines that close a clipped polygon end at r.
 
     The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
     given as the offset from the middle.
@@ -144,7 +144,7 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
 def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     """Integrate 1/area · max(n·u, 0) du over the part of a polygon light above the horizon: its irradiance.
 
-    Its arguments are those of `Integral.formula`. The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a
+    The arguments are those of `Integral.formula`. The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a
     side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. For any m, the sum of the Γ is twice the
     vector area, α e. So a common value F, close to every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference
     is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by differences of squares.
@@ -195,7 +195,7 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
 def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/area · max(w·u, 0)ᵏ du over the part of a polygon light above the horizon, along its sides.
 
-    Its arguments are those of `Integral.formula`; w is the lobe's axis. If the lobe is much wider than the light's
+    The arguments are those of `Integral.formula`; w is the lobe's axis. If the lobe is much wider than the light's
     angular size, the centroid of the part above the horizon replaces the light.
     """
     m, scale = scaled(d, own[SIZE])

@@ -56,13 +56,13 @@ class Sampling(NamedTuple):
     """Importance sampling of an area light of intensity 1: its three formulas, which the module docstring describes."""
 
     frame: Callable[..., Any]
-    """Formula of `numbers`, p and n, as described above."""
+    """Formula with the arguments `numbers`, p and n."""
 
     sample: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` after the first two, u and v."""
+    """Formula with four arguments: `numbers`, a tuple of the results of `frame` from the third on, u, and v."""
 
     seen: Callable[..., Any]
-    """Formula of `numbers`, the results of `frame` after the first two, and a unit vector."""
+    """Formula with three arguments: the first two arguments of `sample`, and a unit vector."""
 
     numbers: Sequence[float] | Float64Array
     """Numbers of the light, which the formulas read by index."""
@@ -76,7 +76,7 @@ _SLACK = 1e-6
 
 @formula
 def _polynomial(q: Any, coefficients: Any) -> Any:
-    """Evaluate a polynomial in q. Its coefficients are constants, that of the highest power first."""
+    """Evaluate a polynomial in q. `coefficients` are constants, from the highest power to the lowest."""
     total = as_type_of(q, coefficients[0])
     for k in range(1, len(coefficients)):
         total = multiply_add(total, q, as_type_of(q, coefficients[k]))
@@ -90,7 +90,7 @@ _SINE = tuple((-1) ** k * (math.pi / 4) ** (2 * k + 1) / math.factorial(2 * k + 
 
 @formula
 def on_disk(u: Any, v: Any) -> Any:
-    """Map the unit square to the unit disk; return x and y of the point.
+    """Map the point (u, v) of the unit square to a point of the unit disk; return its coordinates x and y.
 
     Concentric squares become circles that enclose the same fraction of the area. Source: P. Shirley and K. Chiu, "A low
     distortion map between disk and square" (1997).
@@ -164,7 +164,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a sphere light, where rays enter it: return direction, distance and weight for u and v.
+    """Sample the points where rays enter a sphere light: return direction, distance and weight for u and v.
 
     `frame` is from `sphere_frame`. The reach is the distance to the centre; from inside, the radius.
     """
@@ -184,7 +184,7 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     """Invert `sphere_sample`: return the distance at which a ray in the direction d enters the sphere, and the density.
 
-    `frame` is from `sphere_frame`. From inside, the sphere emits nothing.
+    `frame` is from `sphere_frame`. The density is 0 inside the sphere, because the sphere emits only to the outside.
     """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
@@ -206,12 +206,12 @@ _NEAR_DISK = 0.5
 
 @formula
 def _slope(side: Any, foot: Any, height: Any) -> Any:
-    """Prepare `_on_side`, which samples a side of a flat light uniformly by the angle that a vertex sees.
+    """Return the numbers by which `_on_side` samples a side of a flat light, uniformly by the angle at the vertex.
 
-    `side` is half the side's length, `foot` the vertex projected onto the side, measured from the side's middle, and
-    `height` the vertex's height above the side. The density at the distance s from the foot is proportional to 1/(s² +
-    height²). Return the cosine and sine of the middle angle, half the range of angles, the foot, and the factor of the
-    density.
+    `side` is half the side's length. `foot` is the projection of the vertex onto the side, measured from the side's
+    middle. `height` is the vertex's height above the side. The density at the distance s from the foot is proportional
+    to 1/(s² + height²). Return the cosine and sine of the middle angle, half the range of angles, the foot, and the
+    factor of the density.
     """
     low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -380,7 +380,7 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """Invert `_on_side`: return the u that it maps to the offset x, and the density there; `slope` is from `_slope`."""
+    """Invert `_on_side`: return the u for the offset x, and the density at x; `slope` is from `_slope`."""
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
@@ -480,7 +480,8 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
     """Map u and v to a unit vector whose density is proportional to the cosine to the normal.
 
-    It points to the hemisphere above a uniform point on the disk (Nusselt's analogue). `frame` is from `sky_frame`.
+    The vector is the point of the hemisphere above a uniform point of the unit disk (Nusselt's analogue). `frame` is
+    from `sky_frame`.
     """
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
@@ -499,7 +500,7 @@ def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Return the sampling of a uniform sky of some brightness, which geometry occludes only up to a distance."""
+    """Return the sampling of a uniform sky. Geometry farther away than `distance` does not occlude the sky."""
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
@@ -601,7 +602,7 @@ def image_numbers(radiance: Float64Array, axes: Float64Array) -> Float64Array:
 
 
 def _shares(parts: Float64Array) -> Float64Array:
-    """Return the cumulative sums of `parts`, from 0 to 1; if all parts are 0, those of equal parts."""
+    """Return the cumulative sums of `parts`, scaled to end at 1. If all parts are 0, they count as equal."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
 
@@ -613,7 +614,7 @@ class Directions(NamedTuple):
     """Importance sampling of a direction at each of n points: a function that samples, and one for the density."""
 
     sample: Callable[[Any, Any], Float64Array]
-    """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where they give no direction."""
+    """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where there is no direction."""
 
     density: Callable[[Float64Array], Float64Array]
     """Function of unit vectors, shape (3, n), that returns their density per solid angle, shape (n,)."""
@@ -661,9 +662,9 @@ def by_halves(
     n, v : ndarray
         Unit normals and vectors to the viewer, shape (3, n).
     slopes : callable
-        Function that maps points of the unit disk to slopes.
+        Function of the coordinates x and y of points of the unit disk. It returns both slopes.
     slope_density : callable
-        Function that returns the density of slopes.
+        Function of both slopes. It returns their density.
     t : ndarray, optional
         Unit tangents, shape (3, n); by default, arbitrary unit vectors orthogonal to the normals.
     """

@@ -9,8 +9,8 @@ A new kind of light needs:
 - its name and module in `pvphong/__init__.py`, and a row in the README;
 - a strategy in `tests/strategies.py`, which includes it in all property-based tests;
 - a light in `tests/rays/test_paths.py`, which has one of each kind;
-- without `nodes`: the light that VTK draws in its place, registered in `conversion.py`;
-- if there is one, a cheaper replacement in `pvphong/shading/plan/lights.py`.
+- if it has no `nodes`: the light that VTK draws in its place, registered in `conversion.py`;
+- if it has a cheaper replacement: this replacement, in `pvphong/shading/plan/lights.py`.
 
 An area light overrides `nodes`. An `analytic_integral` makes it exact. With `sampling`, rays are cast to it, for soft
 shadows and `truth`.

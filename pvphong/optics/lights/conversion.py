@@ -57,7 +57,7 @@ class VtkValues(NamedTuple):
     position: Vector = (0.0, 0.0, 0.0)
     attenuation: Vector = (1.0, 0.0, 0.0)
     cone_angle: float | None = None
-    """Half the opening angle in degrees; None for no cone, which is also what VTK makes of 90° or more."""
+    """Half the opening angle in degrees; None for no cone. VTK takes 90° or more as no cone."""
     exponent: float = 0.0
 
 
@@ -81,20 +81,20 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return the direction, which is all that VTK reads of a directional light."""
+    """Return VTK's values for a directional light: its direction. VTK reads nothing else of such a light."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
 
 @vtk_values.register
 def _(light: Weakening) -> VtkValues:
-    """Return the position and attenuation of a point light, which in VTK is a spot light without a cone."""
+    """Return VTK's values for a point light: its position and attenuation, and no cone."""
     return VtkValues(True, (0.0, 0.0, -1.0), light.position, light.attenuation)
 
 
 @vtk_values.register
 def _(light: SpotLight) -> VtkValues:
-    """Return the values of a spot light. VTK treats a cone of 90° as no cone, and clamps exponents to 128."""
+    """Return VTK's values for a spot light. VTK takes a cone of 90° as no cone, and clamps exponents to 128."""
     (x, y, z), (px, py, pz), (c, l, q) = light.direction, light.position, light.attenuation
     return VtkValues(True, (x, y, z), (px, py, pz), (c, l, q), light.cone_angle, light.exponent)
 

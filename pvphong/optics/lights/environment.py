@@ -52,8 +52,8 @@ class EnvironmentLight(Light):
 
     Diffuse reflection and Phong's highlight use the image's first 32 bands of spherical harmonics. The plan's row "sky"
     bounds the error of omitting the other bands, and gives the number of bands that a tolerance needs. A highlight is
-    the image blurred by the lobe, looked up in the mirror direction, times the part of the lobe above the horizon. This
-    is exact for one colour; where the horizon cuts the lobe off, the error is at most
+    the image blurred by the lobe, looked up in the mirror direction, times the fraction of the lobe above the horizon.
+    This is exact for one colour; where the horizon cuts the lobe off, the error is at most
     (brightest − darkest) / (2 (shininess + 1)).
 
     For other reflectances, 256 parallel lights of equal energy approximate the image, and up to 1024 for sharp lobes.
@@ -112,9 +112,10 @@ class EnvironmentLight(Light):
         return np.stack([ahead, np.cross(ahead, up), up])
 
     def _with(self, change: Callable[[Role, Any], Any], **fields: Any) -> Self:
-        """Apply `change` to each field that has a role, and set other `fields`.
+        """Return a copy in which `change` is applied to each field that has a role, and other `fields` are set.
 
-        `rotation` is adapted, so that the image's middle is changed in the same way as its `up`.
+        `change` is a function of a field's role and value that returns the new value. `rotation` is adapted, so that
+        the direction to the image's middle is changed in the same way as `up`.
         """
         moved = super()._with(change, **fields)
         x, y, z = self.axes[0].tolist()
@@ -128,7 +129,7 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights of about equal energy, which together have the energy of the image.
+        """Return parallel lights of about equal energy. Together they have the energy of the image.
 
         The image is divided into `count` parts, one for each light: the part with the most energy is halved until there
         are enough (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
@@ -138,7 +139,8 @@ class EnvironmentLight(Light):
     def nodes_for(self, sharpness: float) -> int:
         """Return the number of parallel lights that a reflectance of this sharpness needs.
 
-        It is a power of two, at most `_MOST_NODES`, for which several of the lights lie within a lobe.
+        The number is a power of two, at most `_MOST_NODES`. It is large enough that several of the lights lie within a
+        lobe.
         """
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
@@ -172,8 +174,8 @@ class EnvironmentLight(Light):
         """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
         `form` is the lobe that reflects the light. If the image's expansion has more bands, the result is the sum of
-        their bounds. If all bands of the expansion are used, the result is a bound from the energy of the image that
-        the expansion lacks.
+        the bounds for the omitted bands. If `bands` is the number of all bands of the expansion, the result is a bound
+        that follows from the image's energy outside these bands.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -186,7 +188,7 @@ class EnvironmentLight(Light):
         return float(math.sqrt(energy / math.pi) * moments_left(form.power, self.bands) * self.panorama.largest)
 
     def tints(self, bands: int | None = None) -> tuple[tuple[Vector, Light], ...]:
-        """Return pairs of a colour and a light, with the lights multiplied by their colours adding up to this light.
+        """Return pairs of a colour and a light. The sum of the lights, each multiplied by its colour, is this light.
 
         The lights are the image's red, green and blue channel; a grey image, or one colour, gives a single light.
         `bands` is the number of bands to keep; by default, all are kept.
@@ -232,8 +234,8 @@ def _middle(up: VectorLike) -> Vector:
 class SkyChannel(Light):
     """One colour channel of an environment, in its first bands of spherical harmonics.
 
-    For lobes with a closed form, evaluators light with such channels, each times its colour, in place of the
-    environment; see `EnvironmentLight.tints`.
+    For lobes with a closed form, evaluators replace the environment by such channels, each multiplied by its colour;
+    see `EnvironmentLight.tints`.
 
     Parameters
     ----------
@@ -258,7 +260,7 @@ class SkyChannel(Light):
     def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral of the channel, weighted by the lobe `form`.
 
-        It is the image blurred by the lobe, times the fraction of the lobe above the horizon.
+        The result is the image blurred by the lobe, times the fraction of the lobe above the horizon.
         """
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 

@@ -26,7 +26,7 @@ _OFF_PLANE, _NO_AREA = 1e-6, 1e-12
 
 
 def _checked(name: str, value: Any) -> tuple[Vector, ...]:
-    """Check the corners of a polygon, and return them. It must be planar, have an area, and not cross itself."""
+    """Return the corners of a polygon after a check: the polygon must be planar, have an area, and not cross itself."""
     points = check.array(name, value, allowed="(k, 3) real numbers").astype(np.float64)
     corners = tuple((x, y, z) for x, y, z in points.tolist())
     if len(corners) < 3 or not np.isfinite(points).all():
@@ -50,8 +50,8 @@ class PolygonLight(Flat, Light):
     """Polygon light with Lambertian emission: `diffuse` · `intensity` is its intensity along its normal.
 
     A white patch that faces it at a large distance d receives the light's colour divided by d². Diffuse reflection and
-    Phong's highlight are exact; for other reflectances, 64 spot lights approximate the polygon. If it is a headlight,
-    its corners are in eye space.
+    Phong's highlight are exact; for other reflectances, 64 spot lights approximate the polygon. If the light is a
+    headlight, its corners are in eye space.
 
     Parameters
     ----------

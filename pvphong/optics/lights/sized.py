@@ -93,7 +93,7 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return a node at `place`: a spot light that shines to the front or, if `sign` is −1, to the back."""
+        """Return a spot light at `place` that shines to the front if `sign` is 1, and to the back if it is −1."""
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 
@@ -119,7 +119,10 @@ class Flat:
         return np.full((3, 1), math.pi / self.area)
 
     def arrival(self, points: Float64Array, real: Any = np.float64) -> Arrival:
-        """Return the light that arrives at points as if all of it came from the centre; see `Light.arrival`."""
+        """Return the light that arrives at `points`, shape (3, n), as if all light came from the centre.
+
+        The vectors of the result have the float type `real`.
+        """
         x, y, z = self.center
         to_light, inverse, distance = directions_to((x, y, z), points, real)
         cosine = -dot(np.array(self.normal, real)[:, None], to_light) * inverse

@@ -56,12 +56,13 @@ class SphereLight(Light):
     intensity_unit: ClassVar[str] = f"{MESH_UNIT}²"
 
     def nodes(self, count: int) -> tuple[PointLight, ...]:
-        """Return point lights inside the sphere, which do not occlude each other.
+        """Return point lights inside the sphere that together approximate it; they do not occlude each other.
 
         A ball of radius R with an emission density proportional to 1/√(R² − r²) at the distance r from its centre has
         the same radiance along every line through it: along a chord at the distance b from the centre,
         ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So the ball emits the same light as the sphere.
-        The fraction of the emission up to r = R sin t is (2t − sin 2t)/π, which is divided evenly among the nodes.
+        The fraction of the emission up to r = R sin t is (2t − sin 2t)/π. The emission is divided evenly among the
+        nodes.
         """
         return _nodes(self.places[0], self.radius, count)
 
@@ -72,7 +73,7 @@ class SphereLight(Light):
 
     @property
     def sampling(self) -> Sampling:
-        """Sampling of the cone of directions in which the sphere is seen, uniformly."""
+        """Uniform sampling of the cone of directions in which the sphere is seen."""
         return Sampling(sphere_frame, sphere_sample, sphere_seen, (*self.places[0], self.radius))
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere

@@ -51,7 +51,7 @@ class SpotLight(Aimed, Weakening, Light):
     exponent : float, default 1
         Falloff from the axis to the edge; >= 0. With 0, the cone is uniform.
     attenuation : sequence of float, default (1, 0, 0)
-        As for a point light.
+        Constant c, linear l and quadratic q in 1 / (c + l·d + q·d²), d the distance; >= 0, not all zero.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
 
@@ -77,7 +77,7 @@ class SpotLight(Aimed, Weakening, Light):
     def axis(self) -> Vector:
         """Unit vector along the cone's axis, the direction in which the light travels.
 
-        It is rounded in the same way as unit vectors to the light.
+        The vector is rounded in the same way as unit vectors to the light.
         """
         return times(*moderate_vector(self.direction))
 

@@ -36,7 +36,7 @@ REFLECTANCES: dict[str, type[Reflectance]] = {
     "ggx": GGX,
     "pbr": PBR,
 }
-"""Mapping from name to class, for scene files and for `LightModel.reflection`, which is one of the first two."""
+"""Mapping from name to class. Scene files use all names, and `LightModel.reflection` one of the first two."""
 
 
 __all__ = [

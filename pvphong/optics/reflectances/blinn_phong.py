@@ -30,7 +30,7 @@ _LARGER = 2.0**60
 def _halfway_square(at: Geometry) -> Any:
     """Compute |C|² for the chord C = h − n between the half-way direction and the normal: n·h = 1 − ½|C|².
 
-    The result is 2 where l = −v, so that there is no h.
+    Where l = −v, there is no h, and the result is 2.
     """
     h = times(add(at.l, at.v), as_type_of(at.n_l, _LARGER))
     length = square(h)

@@ -62,19 +62,20 @@ def part_of_light(name: str, value: Any) -> Color:
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
     """Compute the factors of diffuse and highlight: max(n·l, 0), and `highlight` where n·l > 0, else 0.
 
-    `own`, the parameters of the reflectance, is not read. `highlight` is the power of the cosine around the peak.
+    `own`, the parameters of the reflectance, is not read. `at` has the directions at a vertex. `highlight` is the power
+    of the cosine around the peak.
     """
     return maximum(at.n_l, ZERO), select(at.n_l > ZERO, highlight, ZERO)
 
 
 @formula
 def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
-    """Return the parameters `own` of a reflectance, for which a map of the shininess changes only the power."""
+    """Return `own`, the parameters of a reflectance, unchanged: a map of the shininess changes only the power."""
     return own
 
 
 def own_shininess() -> Any:
-    """Declare a field for a shininess, with the default None, which means the material's shininess."""
+    """Declare a field for a shininess. Its default is None and means the material's shininess."""
     return check.field(_shininess_or_none, None)
 
 
@@ -103,7 +104,7 @@ class Shiny(Reflectance):
         return LAMBERT, HIGHLIGHT
 
     def of(self, material: Any) -> Self:
-        """Return a copy with the material's shininess if this reflectance has none."""
+        """Return this reflectance, with the material's shininess if its own shininess is None."""
         own: dict[str, Any] = {"shininess": material.shininess}
         return replace(self, **own) if self.shininess is None else self
 

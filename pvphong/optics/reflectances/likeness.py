@@ -25,9 +25,9 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return a description of a reflectance that looks much like the given one, and this reflectance itself.
+    """Return a description of the counterpart of a reflectance, and the counterpart: a reflectance that looks similar.
 
-    Only Phong and Blinn-Phong have such a counterpart; for others the result is None.
+    The result is None for all reflectances but Phong and Blinn-Phong.
     """
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
@@ -38,22 +38,29 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 
 @singledispatch
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
-    """Return a cheaper approximation of a reflectance and its material; None if there is none.
+    """Return a description, and a material with a cheaper reflectance that looks similar; None if there is none.
 
-    The result is a description, and a material with the cheaper reflectance that looks most like the given material.
+    `reflectance` is the reflectance to be replaced, and `material` its material. Of all materials with the cheaper
+    reflectance, the result looks most like `material`.
     """
     return None
 
 
 @stand_in.register
 def _(reflectance: Metal, material: Any) -> tuple[str, Any]:
-    """Replace `Metal` by Phong's reflection, whose highlight has the metal's colour at all angles."""
+    """Return the description and the material in which Phong's reflection replaces `Metal`.
+
+    The new highlight has the metal's colour at all angles.
+    """
     return "Phong for Metal", replace(material, specular=reflectance.color, reflectance=Phong(reflectance.shininess))
 
 
 @stand_in.register
 def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
-    """Replace `OrenNayar` by Lambert's cosine with the same total reflectance, A + B (2/3 − 64/(45π))."""
+    """Return the description and the material in which Lambert's cosine replaces `OrenNayar`.
+
+    Lambert's cosine gets the same total reflectance, A + B (2/3 − 64/(45π)).
+    """
     a, b = reflectance.parameters({})
     whole = a + b * (2.0 / 3.0 - 64.0 / (45.0 * math.pi))
     color = tuple(channel * whole for channel in rgb(material.diffuse))
@@ -62,11 +69,11 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 
 @stand_in.register
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
-    """Replace microfacets by Phong's reflection, with the same peak and half width of the highlight.
+    """Return the description and the material in which Phong's reflection replaces microfacets.
 
-    Both are compared for a light and a viewer above the surface. The peak is g = 1/(4α²). The highlight is half of that
-    where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the
-    total reflectance of the coupled base, 23/28.
+    The highlight keeps its peak and its half width, for a light and a viewer above the surface. The peak is
+    g = 1/(4α²). The highlight is half of the peak where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if
+    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the coupled base, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2
@@ -85,5 +92,5 @@ def in_vtk(reflectance: Any) -> Any:  # noqa: ARG001 not in VTK
 
 @in_vtk.register
 def _(reflectance: PBR) -> PBR:
-    """Return VTK's form of PBR. The reflectance must have the material's colour, as from `PBR.of`."""
+    """Return VTK's form of `PBR`. `reflectance` must come from `PBR.of`, so that it has the material's colour."""
     return Shaded(**asdict(reflectance))

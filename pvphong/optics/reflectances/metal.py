@@ -23,7 +23,8 @@ from pvphong.optics.reflectances.phong import MIRROR
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
     """Compute the factors of three lobes: max(n·l, 0), the highlight in the metal's colour, and the white highlight.
 
-    `own` is not read. `highlight` is the power max(r·v, 0)ˢ, which the two highlights divide between them.
+    `own` is not read. `at` has the directions at a vertex. `highlight` is the power max(r·v, 0)ˢ; the two highlights
+    add up to this power.
     """
     n_l, shine = lambert_and_highlight(own, at, highlight)
     # the two parts of a smaller highlight may be subnormal

@@ -52,16 +52,16 @@ from pvphong.optics.reflectances.highlight import (
 from pvphong.optics.surface import Surface
 
 _LEAST_ALPHA = 1e-15
-"""Least α. Its highlight is narrower than the resolution of float64 directions, and its square fits in float32."""
+"""Least α. At this α, the highlight is narrower than the resolution of float64 directions, and α² fits in float32."""
 
 COUPLED = 28.0 / 23.0
 
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """Return the cosines x = n·l and y = n·v, at least own[5]; x is 0 where n or l is zero.
+    """Return the cosines x = n·l and y = n·v, both at least own[5]; but x is 0 where n or l is zero.
 
-    `own` has the numbers that `Microfacets.parameters` returns.
+    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex.
     """
     x, y = maximum(at.n_l, own[5]), maximum(at.n_v, own[5])
     return select((square(at.n) > ZERO) & (square(at.l) > ZERO), x, ZERO), y
@@ -71,7 +71,8 @@ def _cosines(own: Any, at: Geometry) -> Any:
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
     """Return two parts of the factor g of the highlight: g(1 − S), which F₀ multiplies, and gS, which is white.
 
-    `own` has the numbers that `Microfacets.parameters` returns; x and y are the results of `_cosines`.
+    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex; x and y are the
+    results of `_cosines`.
     """
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
     s = add(at.l, at.v)
@@ -93,7 +94,7 @@ def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is 
     """Compute the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
 
     The base x(1 − tS) is Lambert's reflection of the light that facets transmit. `own` has the numbers that
-    `Microfacets.parameters` returns; `highlight` is not read.
+    `Microfacets.parameters` returns, and `at` the directions at a vertex; `highlight` is not read.
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
@@ -111,9 +112,9 @@ def _seen(cosine: Any) -> Any:
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
     """Compute the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
 
-    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵), with which the total reflectance is at most 1: Ashikhmin and
+    The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵). It keeps the total reflectance at most 1: Ashikhmin and
     Shirley, An anisotropic Phong BRDF model, 2000, equation 5. `own` has the numbers that `Microfacets.parameters`
-    returns; `highlight` is not read.
+    returns, and `at` the directions at a vertex; `highlight` is not read.
     """
     x, y = _cosines(own, at)
     tinted, white = _highlight(own, at, x, y)
@@ -125,9 +126,9 @@ ROUGHNESS = partial(number_or_map, above=0.0, at_most=1.0, remedy="0.1 is polish
 
 
 class Microfacets(Reflectance):
-    """Reflectance of small mirrors: a highlight in two colours over a diffuse base, which is `faded` or `coupled`.
+    """Reflectance of small mirrors: a highlight in two colours over a diffuse base.
 
-    Each subclass has the field `roughness`.
+    The base is that of the formula `faded` or `coupled`. Each subclass has the field `roughness`.
     """
 
     roughness: float
@@ -139,15 +140,15 @@ class Microfacets(Reflectance):
     """Least values of the cosines n·l and n·v, and of the denominator in D."""
 
     def fade(self, maps: Mapping[str, Any]) -> Any:  # noqa: ARG002 constant by default
-        """Return t, the fraction of a `faded` base that is lost where light grazes the facets; by default all, 1.
+        """Return the number t in the factor x(1 − tS) of a `faded` base; by default, 1.
 
-        `maps` is that of `Reflectance.parameters`.
+        `maps` has numbers per vertex in place of fields, as for `Reflectance.parameters`.
         """
         return 1.0
 
     @property
     def alpha(self) -> float:
-        """Roughness α of the distribution D, for a roughness that is no map."""
+        """The α of the distribution D. The field `roughness` must be a number, not a map."""
         return float(self.parameters({})[0])
 
     @property

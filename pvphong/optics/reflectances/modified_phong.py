@@ -16,9 +16,9 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute the factors of diffuse and highlight: max(n·l, 0), and this times the power times own[0].
+    """Compute the factors of diffuse and highlight: max(n·l, 0), and max(n·l, 0) · `highlight` · own[0].
 
-    `own` has the result of `_scale_of`, and `highlight` is the power max(r·v, 0)ˢ.
+    `own` has the result of `_scale_of`, `at` has the directions at a vertex, and `highlight` is the power max(r·v, 0)ˢ.
     """
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]
@@ -29,7 +29,7 @@ def _scale_of(shininess: Any, own: Any) -> Any:  # noqa: ARG001 there are no oth
     """Return (s + 2)/2 for the shininess s, as a tuple of one number, limited to `BRIGHTEST`.
 
     The highlight is multiplied by this number, so that at normal incidence it reflects all light. `own`, the parameters
-    for a material without a map of the shininess, is not needed.
+    for a material without a map of the shininess, is not read.
     """
     return (minimum(HALF * shininess + ONE, as_type_of(shininess, BRIGHTEST)),)
 
@@ -39,7 +39,8 @@ class ModifiedPhong(Shiny):
     """Modified Phong reflection: diffuse max(n·l, 0), and a highlight (s + 2)/2 · max(r·v, 0)ˢ · max(n·l, 0).
 
     s is the shininess, and r the mirror direction (Lafortune and Willems 1994). The highlight is normalised: a shinier
-    one is narrower and brighter. It is reciprocal, and conserves energy if diffuse and specular together are at most 1.
+    one is narrower and brighter. The reflection is reciprocal, and conserves energy if diffuse and specular together
+    are at most 1.
 
     Parameters
     ----------

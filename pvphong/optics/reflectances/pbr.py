@@ -49,7 +49,7 @@ class PBR(Microfacets):
     Parameters
     ----------
     metallic : float or map, default 0
-        0 for a nonmetal, 1 for metal; a blend in between, as in VTK.
+        0 for a nonmetal, 1 for a metal. Numbers in between blend the two, as in VTK.
     roughness : float or map, default 0.5
         0 < roughness <= 1.
 
@@ -82,7 +82,7 @@ class PBR(Microfacets):
     mapped = staticmethod(_half_masked)
 
     def of(self, material: Any) -> PBR:
-        """Return a copy that also has the diffuse colour of the material, on which its lobes depend."""
+        """Return a copy that also has the diffuse colour of the material, because the lobes depend on this colour."""
         color = rgb(material.diffuse)
         if max(color) > 1.0:
             check.refuse("diffuse", color, "at most 1 in each channel for PBR", "A reflectance of 1 is all light.")
@@ -97,9 +97,9 @@ class PBR(Microfacets):
 def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
     """Return the highlight's reflectance at normal incidence, F₀, and at grazing angles, F₉₀.
 
-    F₀ has the shape (3, ...) of `color`, the diffuse colour. F₉₀ is the same for all channels, shape (...). An F₀ below
-    0.02 is taken for a crevice, as in VTK and Filament (5.6.2, specular occlusion): the nonmetallic part of F₉₀ is 50
-    times the mean of F₀, at most 1. Like VTK, it uses 0.33 for a third.
+    F₀ has the shape (3, ...) of `color`, the diffuse colour. F₉₀ is the same for all channels, shape (...). A surface
+    with an F₀ below 0.02 is taken for a crevice, as in VTK and Filament (5.6.2, specular occlusion): the nonmetallic
+    part of F₉₀ is 50 times the mean of F₀, at most 1. The mean is 0.33 times the sum of the channels, as in VTK.
     """
     f0 = (1.0 - metallic) * DIELECTRIC + metallic * color
     return f0, (1.0 - metallic) * np.minimum(50.0 * 0.33 * (f0[0] + f0[1] + f0[2]), 1.0) + metallic
@@ -107,7 +107,7 @@ def fresnel_ends(metallic: Any, color: Any) -> tuple[Any, Any]:
 
 @dataclass(frozen=True)
 class _Colored(PBR):
-    """PBR together with the diffuse colour of its material, as `PBR.of` makes it."""
+    """PBR together with the diffuse colour of its material: the result of `PBR.of`."""
 
     color: Vector = WHITE
     varies: bool = False
@@ -116,10 +116,10 @@ class _Colored(PBR):
     scale: ClassVar[float] = 1.0
 
     def fade(self, maps: Mapping[str, Any]) -> Any:
-        """Return t = 1 − (1 − F₉₀)/(1 − F₀), with F₀ of the brightest channel: the base is multiplied by 1 − tS.
+        """Return the number t in the factor 1 − tS of the base: t = 1 − (1 − F₉₀)/(1 − F₀).
 
-        In this channel, (1 − F₀)(1 − tS) is then 1 − F. The result is one number, or one for each vertex if `maps` has
-        a map of `metallic`.
+        F₀ is that of the brightest channel. In this channel, (1 − F₀)(1 − tS) is then 1 − F. The result is one number,
+        or one for each vertex if `maps` has a map of `metallic`.
         """
         f0, f90 = fresnel_ends(maps.get("metallic", self.metallic), np.array(self.color)[:, None])
         top = f0.max(axis=0)
@@ -127,7 +127,7 @@ class _Colored(PBR):
         return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
-        """Return a copy whose lobes' colours are upper bounds for any `metallic`, if `maps` has a map of it."""
+        """Return a copy; if `maps` has a map of `metallic`, its lobes' colours are upper bounds for any `metallic`."""
         return replace(self, varies="metallic" in maps)
 
     @property

@@ -71,5 +71,5 @@ class Phong(Shiny):
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """Lambert's cosine, and (r·v)ˢ, which equals (l·w)ˢ, where w is v mirrored at n."""
+        """Lambert's cosine, and the highlight (r·v)ˢ = (l·w)ˢ, where w is v mirrored at n."""
         return super().forms[0], None if self.floor else CosinePower("mirror", self.sharpness)

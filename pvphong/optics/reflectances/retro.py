@@ -17,8 +17,8 @@ def _back_square(at: Geometry) -> Any:
 
 
 BACK = Peak(_back_square, lambda _, l, v: l - v, lambda _: 1.0, lambda surface: surface.to_viewer)
-"""Peak where the viewer is in the direction of the light. Its bound is 1, because `AngleBounds` has no least angle
-between light and viewer."""
+"""Peak where the viewer is in the direction of the light. The largest cosine is always taken as 1, because
+`AngleBounds` has no least angle between light and viewer."""
 
 
 @dataclass(frozen=True)

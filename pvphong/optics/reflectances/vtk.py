@@ -19,10 +19,10 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 
 
 def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
-    """Return the reflectance of VTK's Phong shader, which limits the shininess to 128.
+    """Return the reflectance of VTK's Phong shader, with the shininess limited to 128.
 
-    With `is_headlight`, it is that of the first tier of the shader's code, for scenes with a single headlight;
-    otherwise that of the other two tiers.
+    The shader's code has three tiers. If `is_headlight`, the result is the reflectance of the first tier, for scenes
+    with a single headlight. Else it is the reflectance of the other two tiers.
     """
     shininess = min(shininess, HIGHEST_POWER)
     return VtkHeadlight(shininess) if is_headlight else Phong(shininess, _FLOOR)
@@ -30,9 +30,9 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute the factors of diffuse and highlight: max(n·l, floor), and `highlight`; both 0 without a normal.
+    """Compute the factors of diffuse and highlight: max(n·l, 1e-6), and `highlight`; both 0 without a normal.
 
-    `highlight` is the power of the same cosine. `own` is not read.
+    `highlight` is a power of the cosine n·l, and `at` has the directions at a vertex. `own` is not read.
     """
     is_there = square(at.n) > ZERO
     cosine = maximum(at.n_l, as_type_of(at.n_l, _HEADLIGHT_FLOOR))

@@ -37,8 +37,8 @@ LEAST_HEIGHT = 1e-3
 """Least value of n·l + n·v: the formula is unbounded where both are grazing."""
 
 _DARK = 80.0
-"""Exponent E at and above which the highlight is taken as 0. exp(−E) times the other factors is still within float32's
-range."""
+"""Exponent E at and above which the highlight is taken as 0. At this E, exp(−E) times the other factors is still within
+float32's range."""
 
 _LEAST_ALPHA = 1e-12
 
@@ -49,7 +49,8 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
     """Compute the factors of diffuse and highlight: max(n·l, 0), and the formula in the docstring of `Ward`.
 
-    `own` has 1/α_x and 1/α_y. `highlight` is not read, because the highlight is no power of a cosine.
+    `own` has 1/α_x and 1/α_y, and `at` the directions at a vertex. `highlight` is not read, because the highlight is no
+    power of a cosine.
     """
     x, s = maximum(at.n_l, ZERO), add(at.l, at.v)
     low = ONE / maximum(x + maximum(at.n_v, ZERO), as_type_of(x, LEAST_HEIGHT))
