@@ -62,6 +62,8 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.scene.presets import three_point as three_point
     from pvphong.scene.scene import Scene as Scene
     from pvphong.scene.scene import load_materials as load_materials
+    from pvphong.scene.sun import Place as Place
+    from pvphong.scene.sun import sun_position as sun_position
     from pvphong.scene.viewer import Viewer as Viewer
     from pvphong.shading.plan.plan import Plan as Plan
     from pvphong.shading.reference import Shading as Shading
@@ -110,6 +112,7 @@ _PLACES = {
     "scene.light_model": "LightModel",
     "scene.presets": "setups three_point",
     "scene.scene": "Scene load_materials",
+    "scene.sun": "Place sun_position",
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",
     "shading.reference": "Shading",

@@ -54,6 +54,7 @@ VALUES = {
         *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
         *(kind(**REFLECTANCE_SHAPES[name](Dice(1))) for name, kind in REFLECTANCES.items()),
         ph.Material(), ph.Colormap("Elevation", "terrain"), ph.Display(1.0),
+        ph.Place(48.14, 11.58),
     )
 }  # fmt: skip
 """These show their fields."""

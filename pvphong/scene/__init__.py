@@ -4,5 +4,6 @@
 - `light_model.py`: the model that combines the contributions of lights.
 - `scene.py`: combines lights, viewer and light model, and stores them in files.
 - `presets.py`: ready-made lights.
+- `sun.py`: places on the Earth, and the sun there.
 - `options.py`: errors for options that belong to a scene or a material.
 """
