@@ -112,6 +112,7 @@ WITHOUT = {
     "truth": dict.fromkeys(("visibility", "transport"), "its rays are its own")
     | {"tolerance": "its samples say how well it is known"}
     | dict.fromkeys(("precision", "backend"), "it computes in one way, in float64"),
+    "irradiance": {},
     "normals": dict.fromkeys(("occluders", "visibility", "transport", "tolerance"), "no light falls on them")
     | {"precision": "they are of the points' own"},
     "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),

@@ -54,7 +54,8 @@ class HemisphereTracer:
     Parameters
     ----------
     receivers : sequence of Receiver
-        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light.
+        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light. One without
+        faces only gathers light; its part is the one on which its points lie.
     occluders : Occluders
         Geometry that rays hit. Parts that belong to no receiver block light, and are black.
     samples : int
@@ -77,7 +78,7 @@ class HemisphereTracer:
         sides, firsts = np.zeros(len(corners), np.int8), np.cumsum([0, *self.occluders.counts])
         vertices = np.full_like(corners, -1)
         for each, start in zip(self.receivers, self.starts[:-1].tolist(), strict=True):
-            if each.part is None:
+            if each.part is None or not len(each.faces):
                 continue
             own = slice(firsts[each.part], firsts[each.part + 1])
             a, b, c = each.points[each.faces.corners].transpose(1, 0, 2)
