@@ -57,6 +57,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.rays.transport import Transport as Transport
     from pvphong.rays.visibility import Visibility as Visibility
     from pvphong.report import Report as Report
+    from pvphong.scene.daylight import daylight_scene as daylight_scene
     from pvphong.scene.light_model import LightModel as LightModel
     from pvphong.scene.presets import setups as setups
     from pvphong.scene.presets import three_point as three_point
@@ -109,6 +110,7 @@ _PLACES = {
     "rays.transport": "Transport",
     "rays.visibility": "Visibility",
     "report": "Report",
+    "scene.daylight": "daylight_scene",
     "scene.light_model": "LightModel",
     "scene.presets": "setups three_point",
     "scene.scene": "Scene load_materials",

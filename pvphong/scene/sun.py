@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import warnings
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, partial
@@ -243,10 +244,12 @@ def clear_sky(index: Any, place: Place) -> Irradiances:
     """
     library = pvlib("weather=None")
     where = library.location.Location(place.latitude, place.longitude, altitude=place.altitude)
-    found = where.get_clearsky(index)
+    with warnings.catch_warnings():  # pvlib calls deprecated functions of pandas 3
+        warnings.simplefilter("ignore", DeprecationWarning)
+        found = where.get_clearsky(index)
     return Irradiances(found["dni"].to_numpy(np.float64), found["dhi"].to_numpy(np.float64))
 
 
 def extraterrestrial(index: Any) -> Float64Array:
     """Return the sun's irradiance above the atmosphere in W/m², which varies with its distance, shape (n,)."""
-    return np.asarray(pvlib().irradiance.get_extra_radiation(index), np.float64)
+    return np.asarray(pvlib().irradiance.get_extra_radiation(np.asarray(index.day_of_year)), np.float64)
