@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
     from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
+    from pvphong.meshes.daylight import Daylight as Daylight
     from pvphong.meshes.default_scene import default_scene as default_scene
     from pvphong.meshes.files import read as read
     from pvphong.meshes.glance import NormalsWarning as NormalsWarning
@@ -95,6 +96,7 @@ _PLACES = {
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.transform": "SingularMatrixWarning",
+    "meshes.daylight": "Daylight",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",
     "meshes.glance": "NormalsWarning",

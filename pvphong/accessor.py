@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import check
 from pvphong.base.display import Tone
 from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
+from pvphong.meshes import daylight as daylights
 from pvphong.meshes import irradiance as irradiances
 from pvphong.meshes import lit, pictures, saving
 from pvphong.meshes import transport as transports
@@ -35,6 +37,7 @@ from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.options import known_options, refusal_of
 from pvphong.scene.scene import Scene, SceneLike
+from pvphong.scene.sun import Place
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
 from pvphong.studies.diagnose import diagnosis
@@ -92,6 +95,7 @@ class MeshPhong(Handle):
     transport = _of_mesh(transports.transport)
     truth = _of_mesh(rendering.truth)
     irradiance = _of_mesh(irradiances.irradiance)
+    daylight = _of_mesh(daylights.daylight)
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
     save = _of_mesh(saving.save)
@@ -201,6 +205,8 @@ class BlocksPhong(Handle):
     (8, 3)
     >>> blocks.phong.irradiance(sun)["box"]["irradiance_light_0"].shape
     (8, 3)
+    >>> blocks.phong.daylight("2026-06-21T10:00Z", ph.Place(48.14, 11.58))["box"].sun_hours.shape
+    (8,)
     >>> transport = blocks.phong.transport(samples=16)
     >>> [str(found) for found in blocks.phong.diagnose().values()]
     ['Diagnosis of 842 points and 1680 faces: ok', 'Diagnosis of 8 points and 12 faces: ok']
@@ -300,6 +306,17 @@ class BlocksPhong(Handle):
             seen = [each["visibility"] for each in visibility_options(self._blocks, scene, {"visibility": seen})]
         found = iter(irradiances.irradiance_together(parts, scene, per=per, visibility=seen or (), **options))
         return map_blocks(self._blocks, lambda _: next(found))
+
+    @_options_of(MeshPhong.daylight)
+    def daylight(self, times: Any, place: Place, weather: Any = None, **options: Any) -> dict[str, daylights.Daylight]:
+        """Return the light of sun and sky on each dataset. The other blocks may block light too; none reflect any."""
+        if options.get("bounces"):
+            remedy = "Join the blocks for bounces: blocks.combine().extract_surface().phong.daylight(...)."
+            check.refuse("bounces", options["bounces"], "0 for blocks", remedy)
+        among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
+        return self._by_path(
+            lambda block: block.phong.daylight(times, place, weather, occluders=next(among), **options)
+        )
 
     @_options_of(MeshPhong.normals)
     def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:

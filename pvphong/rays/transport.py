@@ -213,6 +213,13 @@ class Transport:
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
+    @classmethod
+    def of_hits(cls, hits: NDArray[np.int32], counts: tuple[int, ...] = (), checksum: str = "") -> Self:
+        """Make a transport from stored hits, of one mesh or of several with the given numbers of vertices."""
+        result = cls(None, math.inf, checksum, counts or (len(hits),), hits.shape[1])
+        result._kept = np.ascontiguousarray(hits)
+        return result
+
     def __len__(self) -> int:
         return sum(self._counts)
 
@@ -297,7 +304,7 @@ class Transport:
                 means[first:last] = mean(met, colors)
 
         if self.is_kept:
-            kept = self._met
+            kept = self.hits
             work = lambda first, last: add(first, last, kept[first:last])  # noqa: E731
             threads.run(work, len(self), max(_GATHERED_AT_ONCE // self.samples, 1))
         else:
@@ -316,7 +323,7 @@ class Transport:
         ValueError
             If the hits exceed the memory limit, or SciPy is missing.
         """
-        met = self._met
+        met = self.hits
         if importlib.util.find_spec("scipy") is None:
             remedy = "`gather` works without SciPy. For the matrix, run pip install scipy."
             check.refuse("matrix", "no SciPy", "computed with SciPy", remedy)
@@ -330,7 +337,7 @@ class Transport:
         return result
 
     @property
-    def _met(self) -> NDArray[np.int32]:
+    def hits(self) -> NDArray[np.int32]:
         """Number of the vertex that each ray hits, shape (n, samples); −1 for a miss or a back."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
@@ -358,7 +365,7 @@ class Transport:
     @cached_property
     def _sums(self) -> Float64Array:
         """Fraction of each vertex's rays that hit the front of a surface, shape (n,): the sums of the matrix's rows."""
-        return (self._met >= 0).mean(axis=1)
+        return (self.hits >= 0).mean(axis=1)
 
     # -- files
 
@@ -376,7 +383,7 @@ class Transport:
         ValueError
             If the file cannot be written, or the hits exceed the memory limit.
         """
-        met = self._met
+        met = self.hits
         with written_aside(path) as aside, aside.open("wb") as file:
             kind = np.array([_FORMAT, str(_VERSION), self._checksum])
             np.savez(file, format=kind, counts=np.array(self._counts, np.int64), met=met)
@@ -423,9 +430,7 @@ class Transport:
                 allowed,
                 "The file is damaged. Recompute the transport with mesh.phong.transport().",
             )
-        result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
-        result._kept = np.ascontiguousarray(met)
-        return result
+        return cls.of_hits(met, tuple(counts.tolist()), str(written[2]))
 
 
 @dataclass(frozen=True, eq=False)
