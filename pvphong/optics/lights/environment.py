@@ -96,6 +96,7 @@ class EnvironmentLight(Light):
     rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
 
     @cached_property
     def panorama(self) -> Panorama:
@@ -233,6 +234,7 @@ class SkyChannel(Light):
     most: int
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Return the nodes of the environment."""
