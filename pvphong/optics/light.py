@@ -178,6 +178,9 @@ class Light(metaclass=_Kind):
     is_uniform: ClassVar[bool] = False
     """True if the light that arrives is independent of the position."""
 
+    is_all_around: ClassVar[bool] = False
+    """True if the light may come from all directions at once."""
+
     intensity_unit: ClassVar[str] = ""
     """Unit of `intensity`; "" if, at an intensity of 1, a white patch that faces the light has the light's colour."""
 

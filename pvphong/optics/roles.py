@@ -139,6 +139,12 @@ class Angle(Role):
     unit: ClassVar[str] = "°"
 
 
+class Width(Role):
+    """Apparent diameter of a light that is infinitely far away, in degrees; 0 for a light without a size."""
+
+    unit: ClassVar[str] = "°"
+
+
 class Turn(Role):
     """Rotation of a light around its up vector, counter-clockwise, in degrees; the light's `axes[0]` is its front."""
 

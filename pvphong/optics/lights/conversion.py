@@ -81,7 +81,7 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return the values of a directional light: its direction."""
+    """Return the values of a directional light: its direction. VTK's lights have no size."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
@@ -100,8 +100,8 @@ def _(light: SpotLight) -> VtkValues:
 
 
 def is_in_vtk(light: Light) -> bool:
-    """True if VTK supports this kind of light."""
-    return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object)
+    """True if VTK supports this kind of light, and the light has no size."""
+    return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object) and not light.has_size
 
 
 @singledispatch

@@ -99,6 +99,7 @@ class EnvironmentLight(Light):
     rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
 
     @classmethod
     def sky(
@@ -309,6 +310,7 @@ class SkyChannel(Light):
     most: int
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Return the nodes of the environment."""

@@ -16,12 +16,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.color import XYZ_OF_RGB
-from pvphong.base.types import ColorLike, Float64Array, rgb
+from pvphong.base.color import luminance
+from pvphong.base.types import Float64Array
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Role, Turn, Up
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Role, Turn, Up, Width
 from pvphong.studio.gizmos.drawing import Drawing, circle
 from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
 
@@ -63,11 +63,6 @@ def comes_from_somewhere(light: Light) -> bool:
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
     """Return name → value, for the light's fields whose role is an instance of `kind`."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
-
-
-def luminance(color: ColorLike) -> float:
-    """Return the relative luminance of a linear colour, Y of CIE XYZ: 1 for white."""
-    return float(XYZ_OF_RGB[1] @ rgb(color))
 
 
 @dataclass(frozen=True)
@@ -471,6 +466,21 @@ class AngleHandle(Handle):
                 drawing.line(ring(halved), 0.5)
 
 
+class WidthHandle(Handle):
+    """Apparent diameter of a light without a position. It can only be typed: the icon hides the rim of a small one."""
+
+    def draw(self, drawing: Drawing, selected: bool) -> None:
+        """Add the rim around the icon, as large as the light looks from the target."""
+        if self.shown.along is not None and self.value:
+            size = self.shown.reach(self.light.values(Aim)[0]) * math.tan(math.radians(0.5 * self.value))
+            drawing.line(circle(self.shown.origin, self.shown.along, size), 1.0 if selected else 0.3)
+
+    @property
+    def said(self) -> tuple[str, str]:
+        """The diameter, if the light has one."""
+        return "", f"{self.name} {self.value:.4g}°" if self.value else ""
+
+
 class LengthHandle(Handle):
     """Handle of a size. The handle's distance from the light's centre is the fraction `role.share` of the size. The
     handle is to the right of the centre or above it, and in the light's plane if the light has one.
@@ -609,6 +619,7 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
     Corners: PlaceHandle,
     Aim: AimHandle,
     Angle: AngleHandle,
+    Width: WidthHandle,
     Length: LengthHandle,
     Falloff: FalloffHandle,
     Turn: TurnHandle,
