@@ -41,6 +41,7 @@ from pvphong.scene.sun import Irradiances, Place, checked_place, extraterrestria
 from pvphong.scene.weather import irradiances
 
 PatchCount = Literal[145, 577]
+Result = Literal["total", "sun_hours", "direct", "diffuse", "reflected"]
 
 MEMORY = 2.0e9
 """Default memory limit of daylight coefficients in bytes."""
@@ -432,6 +433,55 @@ class Daylight:
             result.point_data[name] = getattr(self, name)
         return result
 
+    def plot(
+        self,
+        name: Result = "total",
+        *,
+        off_screen: bool | None = None,
+        window_size: tuple[int, int] | None = None,
+        screenshot: str | os.PathLike[str] | bool | None = None,
+        return_img: bool = False,
+        **options: Any,
+    ) -> Any:
+        """Show a result in colours, with a scalar bar in its unit, seen from the south.
+
+        Parameters
+        ----------
+        name : {"total", "sun_hours", "direct", "diffuse", "reflected"}, default "total"
+            The result. Wh/m² are shown as kWh/m² if there are more than 10,000.
+        off_screen, window_size, screenshot, return_img
+            As for `pyvista.Plotter` and its method `show`.
+        **options
+            Options of `pyvista.Plotter.add_mesh`, such as `clim` in the shown unit, `cmap` or `show_edges`.
+
+        Examples
+        --------
+        >>> import pandas as pd, pyvista as pv, pvphong as ph
+        >>> day = pd.date_range("2026-06-21T00:30", periods=24, freq="h", tz="Europe/Berlin")
+        >>> pv.Sphere().phong.daylight(day, ph.Place(48.14, 11.58)).plot("sun_hours", off_screen=True)
+        """
+        from matplotlib.colors import LinearSegmentedColormap
+
+        values = getattr(self, check.choice("name", name, _RESULTS))
+        scale, unit_of = (1.0, "h") if name == "sun_hours" else (1.0, "Wh/m²")
+        if name != "sun_hours" and values.max(initial=0.0) > _MANY:
+            scale, unit_of = 1e-3, "kWh/m²"
+        shown, (east, north, up) = shallow_copy(self._study.source), self._study.place.axes
+        shown.point_data["pvphong_shown"] = values * scale
+        bar = {"title": f"{_TITLES[name]}\n({unit_of})\n", "fmt": "%.4g", "n_labels": 6, "color": "black"}
+        bar |= {"vertical": True, "position_x": 0.86, "position_y": 0.1, "width": 0.06, "height": 0.72}
+        bar |= {"title_font_size": 17, "label_font_size": 15}
+        colors = LinearSegmentedColormap.from_list("daylight", _COLORS)
+        look: dict[str, Any] = {"cmap": colors, "lighting": False, "scalar_bar_args": bar}
+        look["clim"] = 0.0, _round_above(float(values.max(initial=0.0)) * scale)
+        plotter = pv.Plotter(off_screen=off_screen, window_size=window_size)
+        plotter.set_background("white")
+        plotter.add_mesh(shown, scalars="pvphong_shown", **look | options)
+        plotter.view_vector(0.35 * east - north + 0.9 * up, viewup=up)
+        plotter.camera.zoom(1.2)
+        plotter.enable_anti_aliasing("ssaa")
+        return plotter.show(screenshot=screenshot, return_img=return_img)
+
     def with_weather(self, weather: Any = None) -> Daylight:
         """Return the light in another weather at the same times, without new rays.
 
@@ -524,8 +574,32 @@ class Daylight:
 
 
 _RESULTS = "sun_hours", "direct", "diffuse", "reflected", "total"
+_TITLES = {
+    "sun_hours": "Sun hours",
+    "direct": "Sunlight",
+    "diffuse": "Skylight",
+    "reflected": "Reflected light",
+    "total": "Light",
+}
+# Wh/m² from which pictures show kWh/m².
+_MANY = 1e4
+# Round numbers, for the steps of a scalar bar.
+_ROUND = 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0
+# Colours that users of Ladybug Tools know, from little light to much.
+_COLORS = (
+    *("#4b6ba9", "#7393ca", "#aac8f7", "#c1d5d0", "#f5ef67"),
+    *("#fce64a", "#ef9c15", "#ea7b00", "#ea4a00", "#ea2600"),
+)
 _COEFFICIENTS = "sky", "sky_error", "ground", "ground_error", "sun"
 _FORMAT, _VERSION = "pvphong daylight", 1
+
+
+def _round_above(largest: float) -> float:
+    """Return ten times the least round number from which ten steps reach the largest value."""
+    if largest <= 0.0:
+        return 1.0
+    size = 10.0 ** math.floor(math.log10(largest / 10.0))
+    return 10.0 * next(step * size for step in _ROUND if 10.0 * step * size >= largest * (1.0 - 1e-9))
 
 
 def _checksum(text: str, arrays: Mapping[str, Any]) -> str:

@@ -15,6 +15,8 @@ from pvphong.scene.sun import Place, checked_place, clear_sky, extraterrestrial,
 ALBEDO = 0.2
 """Default albedo of the ground: grass, soil or old asphalt."""
 
+_SUN_DIAMETER = 0.533  # degrees, at the mean distance
+
 
 def daylight_scene(
     time: Any,
@@ -27,8 +29,9 @@ def daylight_scene(
 ) -> Scene:
     """Make the scene of one moment outdoors: the sun and the sky, in W/m².
 
-    The lights are named "sun" and "sky". At night the sun is missing. Colours of `shade` are irradiances times the
-    material's reflectance, in W/m²; pictures of them need an exposure of about -10 stops. Surfaces cast shadows.
+    The lights are named "sun", 0.533° wide, and "sky". At night the sun is missing. Colours of `shade` are
+    irradiances times the material's reflectance, in W/m²; pictures of them need an exposure of about -10 stops.
+    Surfaces cast shadows.
 
     Parameters
     ----------
@@ -82,7 +85,7 @@ def daylight_scene(
     x, y, z = sun.direction[0].tolist()
     lights: list[Light] = []
     if sun.altitude[0] > 0.0:
-        lights.append(DirectionalLight((-x, -y, -z), intensity=direct, name="sun"))
+        lights.append(DirectionalLight((-x, -y, -z), angle=_SUN_DIAMETER, intensity=direct, name="sun"))
     else:
         direct = 0.0
     of_sky: Any = {"direct_normal": direct, "diffuse_horizontal": diffuse, "model": model, "albedo": albedo}

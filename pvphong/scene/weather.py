@@ -8,7 +8,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -86,23 +86,12 @@ def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
 
     A 29th of February that the file lacks is replaced by the 28th.
     """
-    pvlib("weather")
-    pandas, reader = importlib.import_module("pandas"), importlib.import_module("pvlib.iotools")
-    try:
-        table, header = reader.read_epw(str(path))
-        hours = pandas.MultiIndex.from_arrays([table.index.month, table.index.day, table.index.hour])
-        values = {name: np.asarray(table[name], np.float64) for name in _COLUMNS}
-        offset, where = float(header["TZ"]), (float(header["latitude"]), float(header["longitude"]))
-    except OSError as error:
-        check.refuse("weather", path, "an EPW file that can be read", f"{error.strerror or error}.")
-    except Exception as error:  # whatever pvlib and pandas raise for a damaged file
-        reason = str(error).split("\n", maxsplit=1)[0]
-        check.refuse("weather", path, "an EPW file", f"It is damaged or of another format: {reason}.")
-    distance = _distance(where, (place.latitude, place.longitude))
+    pandas, file = importlib.import_module("pandas"), _read(path)
+    hours, offset = file.hours, file.offset
+    distance = _distance(file.place, (place.latitude, place.longitude))
     if distance > _FAR:
-        name = header.get("city", "another place")
         warnings.warn(
-            f"{path.name} is the weather of {name}, {distance:.0f} km from the place, {place.latitude:g}, "
+            f"{path.name} is the weather of {file.city}, {distance:.0f} km from the place, {place.latitude:g}, "
             f"{place.longitude:g}.",
             UserWarning,
             stacklevel=2,
@@ -118,11 +107,46 @@ def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
         got = f"{path} without the hour of {index[is_missing.argmax()].isoformat()}"
         check.refuse("weather", got, "an EPW file with all hours of the times")
     found = []
-    for name, column in zip(Irradiances._fields, values.values(), strict=True):
+    for name, column in zip(Irradiances._fields, file.columns, strict=True):
         chosen = column[rows]
         chosen = np.where(chosen >= _MISSING, math.nan, chosen)
         found.append(_without_gaps(name, chosen, index))
     return Irradiances(*found)
+
+
+class _Epw(NamedTuple):
+    """Content of an EPW file."""
+
+    hours: Any
+    """Month, day and hour of each row, a pandas.MultiIndex."""
+    columns: list[Float64Array]
+    """The irradiances of each row, in the order of `Irradiances`."""
+    offset: float
+    """Hours by which the file's time is ahead of UTC."""
+    place: tuple[float, float]
+    """Latitude and longitude."""
+    city: str
+
+
+def _read(path: Path) -> _Epw:
+    pvlib("weather")
+    pandas, reader = importlib.import_module("pandas"), importlib.import_module("pvlib.iotools")
+    try:
+        table, header = reader.read_epw(str(path))
+        hours = pandas.MultiIndex.from_arrays([table.index.month, table.index.day, table.index.hour])
+        columns = [np.asarray(table[name], np.float64) for name in _COLUMNS]
+        where = float(header["latitude"]), float(header["longitude"])
+        return _Epw(hours, columns, float(header["TZ"]), where, str(header.get("city", "another place")))
+    except OSError as error:
+        return check.refuse("weather", path, "an EPW file that can be read", f"{error.strerror or error}.")
+    except Exception as error:  # whatever pvlib and pandas raise for a damaged file
+        reason = str(error).split("\n", maxsplit=1)[0]
+        return check.refuse("weather", path, "an EPW file", f"It is damaged or of another format: {reason}.")
+
+
+def zone_of(path: Path) -> float:
+    """Return the hours by which the time of an EPW file is ahead of UTC."""
+    return _read(path).offset
 
 
 def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
