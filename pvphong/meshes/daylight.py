@@ -34,7 +34,6 @@ from pvphong.optics.area.patches import Patches
 from pvphong.optics.sky import radiances
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
 from pvphong.rays.daylight import Coefficients, Received, SkyTracer, Sources, SunBins, received, sun_bins
-from pvphong.rays.sampling import MOST_RAYS
 from pvphong.rays.transport import Transport
 from pvphong.scene.daylight import ALBEDO
 from pvphong.scene.sun import Irradiances, Place, checked_place, extraterrestrial, moments, sun_position
@@ -62,7 +61,7 @@ def daylight(
     albedo: float = ALBEDO,
     bounces: int = 0,
     patches: PatchCount = 145,
-    samples: int | None = None,
+    samples: int = 4,
     sun_bin: float = 1.0,
     occluders: Any = (),
     matrix: MatrixLike | None = None,
@@ -95,8 +94,8 @@ def daylight(
         Number of diffuse reflections between the mesh's own surfaces.
     patches : {145, 577}, default 145
         Number of patches of the sky: Tregenza's 145, or Reinhart's 577.
-    samples : int, optional
-        Rays per vertex to the sky, rounded up to a power of two; at most 4096. Default: 256 for 145 patches, else 1024.
+    samples : int, default 4
+        Rays to each patch of the sky, from 2 to 64.
     sun_bin : float, default 1
         Largest angle in degrees between the sun and the ray that stands for it, from 0 to 5. 0 casts a ray for each
         moment.
@@ -144,9 +143,7 @@ def daylight(
     if count not in _FINER:
         check.refuse("patches", patches, "145 or 577")
     sky = Patches(_FINER[count])
-    least = 1 << (count - 1).bit_length()
-    wanted = least if samples is None else check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS))
-    rays = max(1 << (int(wanted) - 1).bit_length(), least)
+    rays = int(check.number("samples", samples, at_least=2.0, at_most=64.0))
     moment = Moments.of(times, place, check.number("sun_bin", sun_bin, at_least=0.0, at_most=5.0))
     bounces = int(check.number("bounces", bounces, at_least=0.0, at_most=100.0))
     memory = check.number("memory", memory, at_least=0.0)
@@ -157,7 +154,7 @@ def daylight(
         own = [receiver.faces] if receiver.part is not None else []
         known = KnownOccluders(Occluders([*own, *checked_occluders(occluders)]), receiver.part)
     receiver = replace(receiver, part=known.own_index)
-    tracer = SkyTracer(receiver, known.occluders, place.axes, sky, rays, moment.bins.directions, known.first)
+    tracer = SkyTracer(receiver, known.occluders, place.axes, sky, rays, moment.bins.directions)
     _refuse_too_large(tracer, memory)
     among = transport_of([Exchanging(source, normals, matrix)], occluders) if bounces else None
     cast = _Rays(tracer, among)
@@ -245,7 +242,7 @@ class _Study:
         index, hours, to_sun, is_day, bins = self.moments
         axes, patches = self.place.axes, self.patches
         direct, local = np.where(is_day, weather.direct_normal, 0.0), to_sun @ axes.T
-        points = patches.inside
+        points = patches.points(_POINTS)
         level = np.repeat(patches.moments[:, 2] / points.shape[1], points.shape[1])
         lit = weather.diffuse_horizontal > 0.0
         given = local[lit], direct[lit], weather.diffuse_horizontal[lit], extraterrestrial(index)[lit]
@@ -263,8 +260,8 @@ class _Study:
         )
 
 
-# Number of times whose skies are computed together.
-_TIMES_AT_ONCE = 256
+# Number of points in each patch at which a sky's radiance is computed, and of times whose skies are computed together.
+_POINTS, _TIMES_AT_ONCE = 4, 256
 
 
 # --- the result
@@ -527,6 +524,7 @@ class Daylight:
             "albedo": study.albedo,
             "bounces": study.bounces,
             "finer": study.patches.finer,
+            "samples": coefficients.samples,
             "rays": coefficients.rays,
         }
         connectivity, offsets = polygons(study.source)
@@ -590,7 +588,7 @@ _COLORS = (
     *("#4b6ba9", "#7393ca", "#aac8f7", "#c1d5d0", "#f5ef67"),
     *("#fce64a", "#ef9c15", "#ea7b00", "#ea4a00", "#ea2600"),
 )
-_COEFFICIENTS = "sky", "sky_error", "ground", "ground_error", "sun"
+_COEFFICIENTS = "sky", "ground", "ground_error", "sun"
 _FORMAT, _VERSION = "pvphong daylight", 1
 
 
@@ -623,7 +621,8 @@ def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> tuple[_Study, I
     source.points = arrays["points"]
     if len(arrays["offsets"]) > 1:
         source.faces = pv.CellArray.from_arrays(arrays["offsets"], arrays["connectivity"])
-    coefficients = Coefficients(**{name: arrays[name] for name in _COEFFICIENTS}, rays=header["rays"])
+    counts = {name: header[name] for name in ("samples", "rays")}
+    coefficients = Coefficients(**{name: arrays[name] for name in _COEFFICIENTS}, **counts)
     among = None if "hits" not in arrays else Transport.of_hits(arrays["hits"])
     cast = _Rays(None, among, coefficients, arrays["normals"])
     when = Moments(index, header["hours"], sun.direction, sun.altitude > 0.0, bins)

@@ -217,7 +217,6 @@ class _Sight:
         sent, lengths : ndarray
             Reflected light, shape (3, n), and distances to the light, shape (n,).
         """
-        assert self._sampling.seen is not None  # as for all lights
         share, density = self._sampling.seen(self._numbers, self._frame, to_light)
         of_surface = self._at.directions.density(to_light)
         own, other = (of_surface, density) if by_chance else (density, of_surface)

@@ -125,7 +125,7 @@ def look(
 
     def estimate(vertices: IntArray, sent: FloatArray, seen: FloatArray, is_at_edge: BoolArray) -> None:
         """Record estimates. Rays that agree have no error, except at vertices that may be at the edge of a penumbra."""
-        found, its_error = estimate_part(sent, seen)
+        found, its_error = _estimate(sent, seen)
         part[vertices] = found
         error[vertices] = np.where((found > 0.0) & (found < 1.0) | is_at_edge, its_error, 0.0)
         is_unknown[vertices] = ~sent.any(axis=0)
@@ -182,7 +182,7 @@ def look(
     return Seen(part, error, sum(rays), is_unknown)
 
 
-def estimate_part(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:
+def _estimate(sent: FloatArray, seen: FloatArray) -> tuple[Float64Array, Float64Array]:
     """Estimate the visible part as a ratio of means, and its standard error, (m,) each, from `sent` and `seen`."""
     count = len(sent)
     folds = -1, min(count, _AT_ONCE), sent.shape[1]  # partial sums keep the digits of float32

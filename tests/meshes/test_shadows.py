@@ -203,7 +203,7 @@ def test_long_work_is_told_and_interrupted_work_leaves_nothing(monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(sampling, "estimate_part", interrupt)
+        patch.setattr(sampling, "_estimate", interrupt)
         with pytest.raises(KeyboardInterrupt):
             seen.sky  # noqa: B018
     assert (seen.rays, seen.seconds) == (0, 0.0)

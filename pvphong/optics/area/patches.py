@@ -1,4 +1,4 @@
-"""Division of the sky into patches, and rays to all of them.
+"""Division of the sky into patches.
 
 The patches are those of P. Tregenza, "Subdivision of the sky hemisphere for luminance measurements" (1987): seven rows
 of the same height and a cap around the zenith, 145 patches of nearly equal size. C. Reinhart's subdivision divides each
@@ -12,19 +12,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from pvphong.base.formulas import ONE, ZERO, cosine, dot, formula, index, maximum, minimum, sine, single, sqrt
-from pvphong.base.types import Float64Array, FloatArray, IntArray
-from pvphong.optics.area.sampling import Sampling
+from pvphong.base import sobol
+from pvphong.base.types import Float64Array
 
 _IN_ROWS = 30, 30, 24, 24, 18, 12, 6
-# Index of the patches' bounds among the numbers that formulas read.
-_TABLE = 10
-# Number of points along each side of a patch at which a sky's radiance is sampled.
-_INSIDE = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +71,17 @@ class Patches:
         """Half the range of a patch's cosines with a direction to its side: exact for the zenith and the lowest row."""
         return 0.5 * math.sin(0.5 * math.pi / (len(_IN_ROWS) * self.finer + 0.5))
 
-    @cached_property
-    def inside(self) -> Float64Array:
-        """Unit vectors to points spread evenly in each patch, shape (k, m, 3)."""
-        low, high, start, width = (each[:, None, None] for each in self.bounds.T)
-        part = (np.arange(_INSIDE) + 0.5) / _INSIDE
-        height, around = low + part[:, None] * (high - low), start + part * width
-        return _directions(*np.broadcast_arrays(height, around)).reshape(len(self), -1, 3)
+    def points(self, count: int) -> Float64Array:
+        """Return unit vectors to points in each patch, evenly distributed by area, shape (k, count, 3).
+
+        The points of each patch are the first of a Sobol sequence with its own scrambling.
+        """
+        low, high, start, width = (each[:, None] for each in self.bounds.T)
+        numbers, seeds = np.arange(count, dtype=np.uint32), sobol.seeds(np.arange(len(self)))[..., None]
+        height = low + sobol.coordinate(numbers, seeds[0]).astype(np.float64) * (high - low)
+        around = start + sobol.coordinate(sobol.SECOND[:count], seeds[1]) * width
+        level = np.sqrt(1.0 - height * height)
+        return np.stack([level * np.sin(around), level * np.cos(around), height], axis=-1)
 
     def seen_from(self, normals: Float64Array) -> Float64Array:
         """Return the integrals of the cosine over all patches, for normals of shape (n, 3); shape (n, k).
@@ -95,58 +93,3 @@ class Patches:
         mean = normals @ (self.moments / self.areas[:, None]).T
         partly = np.clip(mean + half, 0.0, 2.0 * half)
         return (partly * partly * (0.25 / half) + np.maximum(mean - half, 0.0)) * self.areas
-
-    # -- rays
-
-    def sampling(self, axes: Float64Array, side: float = 1.0) -> Sampling:
-        """Return a sampling that casts equally many rays to each patch; weights are cosines.
-
-        The first coordinate of the square chooses the patch and the altitude, and the second the azimuth.
-
-        Parameters
-        ----------
-        axes : ndarray
-            Unit vectors to the east, to the north and up, as rows.
-        side : float, default 1
-            -1 for the mirror image of the sky below the horizon, which is where the ground is seen.
-        """
-        bounds = self.bounds * (side, side, 1.0, 1.0)
-        return Sampling(patch_frame, patch_sample, None, np.concatenate([[len(self)], axes.ravel(), bounds.ravel()]))
-
-    def chosen(self, u: FloatArray) -> IntArray:
-        """Return the patch that each first coordinate, float32, chooses."""
-        return np.minimum((u * np.float32(len(self))).astype(np.int64), len(self) - 1)
-
-
-def _directions(height: Float64Array, around: Float64Array) -> Float64Array:
-    """Return unit vectors by the sines of their altitudes and by their azimuths."""
-    level = np.sqrt(1.0 - height * height)
-    return np.stack([level * np.sin(around), level * np.cos(around), height], axis=-1)
-
-
-@formula
-def patch_frame(_numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute the frame of the sky's patches: the reach, the factor 1, and the normal."""
-    return math.inf, 1.0, *n
-
-
-@formula
-def patch_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample all patches equally, and evenly by solid angle in each; the weight is the cosine.
-
-    Numbers: the number of patches; the axes to the east, to the north and up; and the bounds of each patch.
-    """
-    place = u * single(numbers[0])
-    patch = minimum(index(place), int(numbers[0]) - 1)
-    at = _TABLE + 4 * patch
-    low = numbers[at]
-    height = low + (place - patch) * (numbers[at + 1] - low)
-    around = numbers[at + 2] + v * numbers[at + 3]
-    level = sqrt(maximum(1.0 - height * height, 0.0))
-    east, north = level * sine(around), level * cosine(around)
-    direction = (
-        single(east * numbers[1] + north * numbers[4] + height * numbers[7]),
-        single(east * numbers[2] + north * numbers[5] + height * numbers[8]),
-        single(east * numbers[3] + north * numbers[6] + height * numbers[9]),
-    )
-    return direction, ONE, maximum(dot(frame[0:3], direction), ZERO)

@@ -61,9 +61,8 @@ class Sampling(NamedTuple):
     sample: Callable[..., Any]
     """Formula of `numbers`, the results of `frame` after the first two, u and v."""
 
-    seen: Callable[..., Any] | None
-    """Formula of `numbers`, the results of `frame` after the first two, and a unit vector; None if rays never hit it by
-    chance."""
+    seen: Callable[..., Any]
+    """Formula of `numbers`, the results of `frame` after the first two, and a unit vector."""
 
     numbers: Sequence[float] | Float64Array
     """Numbers of the light, which the formulas read by index."""

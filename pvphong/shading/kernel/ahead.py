@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 from pvphong.base import threads
 from pvphong.base.files import locked
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.patches import patch_frame, patch_sample
 from pvphong.optics.area.sampling import image_sample, sky_frame, sky_sample
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
@@ -151,11 +150,10 @@ def _of_lights_with_a_size() -> _Named:
 
 
 def _of_samplings() -> _Named:
-    """Return the stages that sample rays to all kinds of light, to the sky, to its patches, and to its image."""
+    """Return the stages that sample rays to all kinds of light, to the sky, and to an image of the sky."""
     found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
     by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
     chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
-    chosen.append(("patches of the sky", patch_frame, patch_sample))
     return _distinct(
         (f"rays to {name}", stage)
         for name, frame, sample in chosen
