@@ -22,7 +22,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 import pyvista as pv
 
-from pvphong.base import check
+from pvphong.base import check, threads
 from pvphong.base.files import written_aside
 from pvphong.base.processes import available_memory
 from pvphong.base.text import html_table
@@ -48,7 +48,7 @@ MEMORY = 2.0e9
 # Number of patches → number of parts of the sides of Tregenza's patches.
 _FINER = {145: 1, 577: 2}
 _WORTH_A_WARNING = 2**10  # vertices
-_PROBED = 256  # vertices that are sampled to estimate the cost of all rays
+_PROBED = 2**11  # vertices that are sampled to estimate the cost of all rays
 _SECONDS_PER_HOUR = 3600.0
 
 
@@ -500,9 +500,11 @@ class Daylight:
         cast.tracer.receiver.origins, cast.tracer.occluders.casters  # noqa: B018  so that their time is not counted
         rows = np.unique(np.linspace(0, count - 1, min(_PROBED, count)).astype(np.int64))
         start = time.perf_counter()
-        rays = cast.tracer.some(rows).cast().rays
-        share = count / len(rows)
-        return DaylightCost(round(rays * share), (time.perf_counter() - start) * share, cast.tracer.bytes_needed)
+        with threads.limited(1):
+            rays = cast.tracer.some(rows).cast().rays
+        share, at_once = count / len(rows), 1 if cast.tracer.occluders.are_slow else threads.count()
+        seconds = (time.perf_counter() - start) * share / at_once
+        return DaylightCost(round(rays * share), seconds, cast.tracer.bytes_needed)
 
     # -- files
 
