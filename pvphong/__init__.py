@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.optics.lights import DiskLight as DiskLight
     from pvphong.optics.lights import EnvironmentLight as EnvironmentLight
     from pvphong.optics.lights import Light as Light
+    from pvphong.optics.lights import PhotometricLight as PhotometricLight
     from pvphong.optics.lights import PointLight as PointLight
     from pvphong.optics.lights import PolygonLight as PolygonLight
     from pvphong.optics.lights import RectangleLight as RectangleLight
@@ -104,8 +105,8 @@ _PLACES = {
     "meshes.stages": "stage",
     "meshes.truth": "Truth",
     "optics.colormap": "Colormap",
-    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
-    "SphereLight SpotLight",
+    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PhotometricLight PointLight PolygonLight "
+    "RectangleLight SphereLight SpotLight",
     "optics.material": "Material",
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "plotter": "PlotterPhong",

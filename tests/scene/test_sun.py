@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import zoneinfo
 from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
@@ -147,3 +148,11 @@ def test_without_pvlib_the_message_names_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pvlib", None)
     with pytest.raises(ValueError, match="Run: pip install pvlib"):
         ph.sun_position("2026-06-21T10:00Z", GREENWICH)
+
+
+def test_one_moment_in_all_time_zones():
+    moment = pandas.Timestamp("2026-03-29T01:30Z")  # clocks change in Europe in this hour
+    expected = ph.sun_position(moment, GREENWICH).direction
+    for zone in sorted(zoneinfo.available_timezones())[::25]:
+        found = ph.sun_position(moment.tz_convert(zone).to_pydatetime(), GREENWICH).direction
+        np.testing.assert_allclose(found, expected, atol=1e-12, err_msg=zone)

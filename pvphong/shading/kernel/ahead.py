@@ -130,7 +130,7 @@ def _of_lights() -> _Named:
     """Return the stages of all kinds of light, with and without attenuation."""
     placed = {name: _sample(kind).placement for name, kind in LIGHT_TYPES.items()}
     return _distinct(
-        (name, stages.light_stage(placement.falloff, weakens))
+        (name, stages.light_stage(placement.falloff, weakens, placement.pattern))
         for name, placement in placed.items()
         if placement is not None
         for weakens in (True, False)

@@ -23,7 +23,14 @@ from pvphong.base.vectors import angle_between, unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK, BoundingCone, MeshBounds
 from pvphong.optics.attenuation import INVERSE_SQUARE, NONE, attenuate, strength_at
 from pvphong.optics.light import NODES, Light
-from pvphong.optics.lights import DirectionalLight, EnvironmentLight, PointLight, SphereLight, SpotLight
+from pvphong.optics.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    PhotometricLight,
+    PointLight,
+    SphereLight,
+    SpotLight,
+)
 from pvphong.optics.lights.point import Weakening
 from pvphong.optics.lights.sized import Flat
 
@@ -238,6 +245,18 @@ def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
         distance = np.array([math.dist(light.position, point)])
         return replace(this, attenuation=NONE), float(attenuate(distance, light.attenuation)[0])
     return _parallel_at(light, point) if effect == POSITION else (this, 1.0)
+
+
+@reach.register
+def _(light: PhotometricLight, extent: MeshBounds) -> LightBounds:
+    """Return bounds as for a point light that has the lamp's largest intensity in all directions."""
+    return reach.dispatch(Weakening)(light, extent)
+
+
+@without.register
+def _(light: PhotometricLight, effect: str, point: Vector) -> tuple[Light, float]:
+    """Return, without position, parallel light with the direction and the strength at the point."""
+    return _parallel_at(light, point) if effect == POSITION else (light, 1.0)
 
 
 @effects.register

@@ -38,8 +38,8 @@ _ARROW = 0.6 * STANDS_OFF
 _NEAREST, _FARTHEST = 0.05, 20.0
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
-# Length of the normal of an area light in scene sizes, and number of lines that fill its front.
-_NORMAL, _HATCHES = 0.25, 11
+# Length of an area light's normal and of a lamp's largest intensity, in scene sizes; number of lines that fill a front.
+_NORMAL, _CURVE, _HATCHES = 0.25, 0.35, 11
 # Spheres around a light with attenuation: fraction of the light that remains there, strength of the lines, and label.
 _LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
 # Margin between an angle and its limits, in degrees: a cone of 0° is invisible, and VTK does not treat 90° as a cone.
@@ -100,8 +100,7 @@ class LightInScene:
 
     def points(self, view: View) -> dict[str, Float64Array]:
         """Return name → world position of the visible handles."""
-        found = {name: handle.point(view) for name, handle in self.handles.items()}
-        return {name: point for name, point in found.items() if point is not None}
+        return {name: point for name, each in self.handles.items() if (point := each.point(view)) is not None}
 
     @cached_property
     def origin(self) -> Float64Array:
@@ -164,7 +163,7 @@ class LightInScene:
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
         """Add the light to a drawing; if selected, with its full shape. `active` is the name of the handle in use.
 
-        The shape of an area light includes its normal, and hatching if the visible side emits light.
+        The shape includes curves of intensities; that of an area light its normal, and hatching on a side that emits.
         """
         light, outline = self.light, self.light.outline
         if not is_movable(light):
@@ -177,6 +176,8 @@ class LightInScene:
         for name, handle in self.handles.items():
             if name != ORIGIN:  # the icon marks it
                 handle.draw(drawing, selected if handle.is_always_shown else name == active)
+        for curve in light.curves if selected else ():
+            drawing.line(self.origin + _CURVE * self.scenery.size * curve, 0.6)
         if outline is None:
             return
         drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
