@@ -243,7 +243,6 @@ def test_few_modules_know_a_light_by_its_class():
         "__init__",
         "cli.demo",
         "cli.options",
-        "rays.daylight",
         "scene.daylight",
         "scene.presets",
         "shading.interreflection",

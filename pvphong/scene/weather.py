@@ -63,12 +63,26 @@ def _checked(given: list[Any], index: Any) -> Irradiances:
     """Return two arrays as irradiances, with one value for each time."""
     found = []
     for name, values in zip(Irradiances._fields, given, strict=True):
+        _refuse_other_times(name, getattr(values, "index", None), index)
         values = np.asarray(check.real_array(f"weather: {name}", values, "an array of real numbers"), np.float64)
         if values.shape != (len(index),):
             got, remedy = f"an array of shape {values.shape}", "Pass one value in W/m² for each time."
             check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), as the times", remedy)
         found.append(_without_gaps(name, values, index))
     return Irradiances(*found)
+
+
+def _refuse_other_times(name: str, own: Any, index: Any) -> None:
+    """Raise ValueError if values have times of their own, as columns of a DataFrame do, which are not those of `index`.
+
+    Own times without a zone are local times.
+    """
+    if not hasattr(own, "tz"):
+        return
+    expected = index.tz_localize(None) if own.tz is None else index
+    if len(own) != len(expected) or not (own == expected).all():
+        got = f"values from {own[0]} to {own[-1]}" if len(own) else "no values"
+        check.refuse(f"weather: {name}", got, "given for the same times", "For example weather.reindex(times).")
 
 
 def _without_gaps(name: str, values: Float64Array, index: Any) -> Float64Array:

@@ -256,6 +256,18 @@ def test_a_data_frame_is_weather():
     assert one.total[0] == other.total[0] > 1200.0
 
 
+def test_a_data_frame_of_other_times_is_refused():
+    frame = pandas.DataFrame({"dni": 1.0, "dhi": 50.0}, index=DAY + pandas.Timedelta("1h"))
+    with pytest.raises(
+        ValueError, match=r"weather: direct_normal must be given for the same times; .*reindex\(times\)"
+    ):
+        points((0, 0, 1)).phong.daylight(DAY, MUNICH, frame)
+    local = frame.set_index(DAY.tz_localize(None))
+    in_utc = frame.set_index(DAY.tz_convert("UTC"))
+    one, other = (points((0, 0, 1)).phong.daylight(DAY, MUNICH, each).total[0] for each in (local, in_utc))
+    assert one == other > 0.0
+
+
 def write_epw(path, direct, diffuse, *, latitude=48.14, longitude=11.58, zone=1.0):
     """Write an EPW file of 8760 hours from mixed years, with two columns of irradiances."""
     hours = pandas.date_range("2001-01-01T00:30", periods=8760, freq="h")

@@ -117,8 +117,7 @@ class EnvironmentLight(Light):
         """Make a sky by its irradiance, above open ground that reflects it; the sun itself is a light of its own.
 
         The image is the radiance in W/m²/sr, and the intensity is π: an open surface under a sky of the irradiance E
-        gets the colour E, as from a directional light of intensity E. With illuminances in lux in place of irradiances,
-        all results are luminances and lux, but Perez' model then needs `extraterrestrial=133000`.
+        gets the colour E, as from a directional light of intensity E.
 
         Parameters
         ----------
