@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
     from pvphong.geometry.transform import SingularMatrixWarning as SingularMatrixWarning
+    from pvphong.meshes.daylight import Daylight as Daylight
     from pvphong.meshes.default_scene import default_scene as default_scene
     from pvphong.meshes.files import read as read
     from pvphong.meshes.glance import NormalsWarning as NormalsWarning
@@ -38,6 +39,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.optics.lights import DiskLight as DiskLight
     from pvphong.optics.lights import EnvironmentLight as EnvironmentLight
     from pvphong.optics.lights import Light as Light
+    from pvphong.optics.lights import PhotometricLight as PhotometricLight
     from pvphong.optics.lights import PointLight as PointLight
     from pvphong.optics.lights import PolygonLight as PolygonLight
     from pvphong.optics.lights import RectangleLight as RectangleLight
@@ -57,11 +59,14 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.rays.transport import Transport as Transport
     from pvphong.rays.visibility import Visibility as Visibility
     from pvphong.report import Report as Report
+    from pvphong.scene.daylight import daylight_scene as daylight_scene
     from pvphong.scene.light_model import LightModel as LightModel
     from pvphong.scene.presets import setups as setups
     from pvphong.scene.presets import three_point as three_point
     from pvphong.scene.scene import Scene as Scene
     from pvphong.scene.scene import load_materials as load_materials
+    from pvphong.scene.sun import Place as Place
+    from pvphong.scene.sun import sun_position as sun_position
     from pvphong.scene.viewer import Viewer as Viewer
     from pvphong.shading.plan.plan import Plan as Plan
     from pvphong.shading.reference import Shading as Shading
@@ -92,6 +97,7 @@ _PLACES = {
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.transform": "SingularMatrixWarning",
+    "meshes.daylight": "Daylight",
     "meshes.default_scene": "default_scene",
     "meshes.files": "read",
     "meshes.glance": "NormalsWarning",
@@ -99,17 +105,19 @@ _PLACES = {
     "meshes.stages": "stage",
     "meshes.truth": "Truth",
     "optics.colormap": "Colormap",
-    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PointLight PolygonLight RectangleLight "
-    "SphereLight SpotLight",
+    "optics.lights": "DirectionalLight DiskLight EnvironmentLight Light PhotometricLight PointLight PolygonLight "
+    "RectangleLight SphereLight SpotLight",
     "optics.material": "Material",
     "optics.reflectances": "GGX PBR BlinnPhong Metal ModifiedPhong OrenNayar Phong Retro Ward",
     "plotter": "PlotterPhong",
     "rays.transport": "Transport",
     "rays.visibility": "Visibility",
     "report": "Report",
+    "scene.daylight": "daylight_scene",
     "scene.light_model": "LightModel",
     "scene.presets": "setups three_point",
     "scene.scene": "Scene load_materials",
+    "scene.sun": "Place sun_position",
     "scene.viewer": "Viewer",
     "shading.plan.plan": "Plan",
     "shading.reference": "Shading",

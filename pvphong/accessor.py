@@ -17,9 +17,12 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 import numpy as np
 import pyvista as pv
 
+from pvphong.base import check
 from pvphong.base.display import Tone
 from pvphong.base.handles import Handle
 from pvphong.base.types import Backend, MatrixLike, Weighting
+from pvphong.meshes import daylight as daylights
+from pvphong.meshes import irradiance as irradiances
 from pvphong.meshes import lit, pictures, saving
 from pvphong.meshes import transport as transports
 from pvphong.meshes import truth as rendering
@@ -34,6 +37,7 @@ from pvphong.rays.transport import Transport
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.options import known_options, refusal_of
 from pvphong.scene.scene import Scene, SceneLike
+from pvphong.scene.sun import Place
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
 from pvphong.studies.diagnose import diagnosis
@@ -90,6 +94,8 @@ class MeshPhong(Handle):
     visibility = _of_mesh(lit.visibility)
     transport = _of_mesh(transports.transport)
     truth = _of_mesh(rendering.truth)
+    irradiance = _of_mesh(irradiances.irradiance)
+    daylight = _of_mesh(daylights.daylight)
     normals = _of_mesh(lit.normals)
     plot = _of_mesh(pictures.plot)
     save = _of_mesh(saving.save)
@@ -197,6 +203,10 @@ class BlocksPhong(Handle):
     (1, 842)
     >>> blocks.phong.truth(sun, samples=4)["box"].rgb.shape
     (8, 3)
+    >>> blocks.phong.irradiance(sun)["box"]["irradiance_light_0"].shape
+    (8, 3)
+    >>> blocks.phong.daylight("2026-06-21T10:00Z", ph.Place(48.14, 11.58))["box"].sun_hours.shape
+    (8,)
     >>> transport = blocks.phong.transport(samples=16)
     >>> [str(found) for found in blocks.phong.diagnose().values()]
     ['Diagnosis of 842 points and 1680 faces: ok', 'Diagnosis of 8 points and 12 faces: ok']
@@ -273,6 +283,40 @@ class BlocksPhong(Handle):
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
         return self._by_path(lambda block: block.phong.truth(scene, occluders=next(among), **options))
+
+    @_options_of(MeshPhong.irradiance)
+    def irradiance(
+        self,
+        scene: SceneLike | None = None,
+        *,
+        per: irradiances.Per = "vertex",
+        albedo: Any = irradiances.ALBEDO,
+        feature_angle: FeatureAngle = None,
+        **options: Any,
+    ) -> pv.MultiBlock:
+        """Return a new MultiBlock with the irradiance of each block. Blocks reflect light to each other.
+
+        `albedo` may be a mapping from block names to albedos, as for materials.
+        """
+        scene, how = self._scene(scene, options), (feature_angle, options.get("backend", "auto"))
+        own = iter(self._albedos(albedo))
+        parts = of_each(self._blocks, lambda block: irradiances.Receiving.of(block, per, next(own), *how))
+        seen = options.pop("visibility", None)
+        if seen is not None:
+            seen = [each["visibility"] for each in visibility_options(self._blocks, scene, {"visibility": seen})]
+        found = iter(irradiances.irradiance_together(parts, scene, per=per, visibility=seen or (), **options))
+        return map_blocks(self._blocks, lambda _: next(found))
+
+    @_options_of(MeshPhong.daylight)
+    def daylight(self, times: Any, place: Place, weather: Any = None, **options: Any) -> dict[str, daylights.Daylight]:
+        """Return the light of sun and sky on each dataset. The other blocks may block light too; none reflect any."""
+        if options.get("bounces"):
+            remedy = "Join the blocks for bounces: blocks.combine().extract_surface().phong.daylight(...)."
+            check.refuse("bounces", options["bounces"], "0 for blocks", remedy)
+        among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
+        return self._by_path(
+            lambda block: block.phong.daylight(times, place, weather, occluders=next(among), **options)
+        )
 
     @_options_of(MeshPhong.normals)
     def normals(self, weighting: Weighting | None = None, **options: Any) -> pv.MultiBlock:
@@ -423,6 +467,11 @@ class BlocksPhong(Handle):
         blocks = list(datasets(self._blocks))
         own = {name: over_all(as_material(each), [block for _, block in blocks]) for name, each in material.items()}
         return materials_of([path for path, _ in blocks], own)
+
+    def _albedos(self, albedo: Any) -> list[Any]:
+        """Return each dataset's albedo, in order."""
+        paths = [path for path, _ in datasets(self._blocks)]
+        return materials_of(paths, albedo, "albedo") if isinstance(albedo, Mapping) else [albedo] * len(paths)
 
     def _by_path(self, operation: Callable[[pv.DataSet], Any]) -> dict[str, Any]:
         paths = [path for path, _ in datasets(self._blocks)]

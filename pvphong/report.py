@@ -10,7 +10,7 @@ from pvphong.rays.casting import ray_backend
 from pvphong.shading import kernel
 
 _PACKAGES = ["pvphong", "pyvista", "vtk", "numpy", "matplotlib"]
-_EXTRAS = ["numba", "embreex", "scipy", "imageio", "dask", "distributed", "trame", "trame_vuetify"]
+_EXTRAS = ["numba", "embreex", "scipy", "imageio", "pvlib", "dask", "distributed", "trame", "trame_vuetify"]
 
 
 class Report(scooby.Report):

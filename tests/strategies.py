@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 
 from pvphong import LightModel, Material, Scene, Viewer
 from pvphong.optics.lights import LIGHT_TYPES, DirectionalLight, PointLight, SpotLight
+from pvphong.optics.photometry import Photometry
 
 Triple = tuple[float, float, float]
 T = TypeVar("T")
@@ -285,6 +286,15 @@ def _image(dice: Dice) -> Any:
     return 0.3 * texels
 
 
+def _photometry(dice: Dice) -> float | Photometry:
+    """Return one intensity, or a few by direction, for a lamp that may shine into one hemisphere only."""
+    if dice.likely(20):
+        return dice.log_between(0.1, 10.0)
+    vertical, horizontal = dice.choice(([0, 30, 90], [0, 60, 120, 180])), dice.choice(([0], [0, 45, 90], [0, 120, 360]))
+    rows = [[dice.random() + 0.01 for _ in vertical] for _ in horizontal]
+    return Photometry.of("C", np.array(vertical), np.array(horizontal), np.array([*rows[:-1], rows[0]]))
+
+
 LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]] = {
     "directional": lambda _dice, _position, direction, _angle: {"direction": direction},
     "disk": lambda dice, position, direction, _angle: {
@@ -297,6 +307,12 @@ LIGHT_SHAPES: dict[str, Callable[[Dice, Triple, Triple, float], dict[str, Any]]]
         "image": _image(dice),
         "up": direction,
         "rotation": angle,
+    },
+    "photometric": lambda dice, position, direction, _angle: {
+        "photometry": _photometry(dice),
+        "position": position,
+        "direction": direction,
+        "up": triple(dice.unit_vector()),
     },
     "point": lambda dice, position, _direction, _angle: {"position": position, "attenuation": dice.attenuation()},
     "polygon": lambda dice, position, direction, _angle: {

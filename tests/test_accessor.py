@@ -112,6 +112,10 @@ WITHOUT = {
     "truth": dict.fromkeys(("visibility", "transport"), "its rays are its own")
     | {"tolerance": "its samples say how well it is known"}
     | dict.fromkeys(("precision", "backend"), "it computes in one way, in float64"),
+    "irradiance": {},
+    "daylight": dict.fromkeys(("visibility", "transport"), "its coefficients are kept for other weathers")
+    | {"tolerance": "it is rays, as many as are asked for"}
+    | dict.fromkeys(("precision", "backend"), "it computes in one way, in float64"),
     "normals": dict.fromkeys(("occluders", "visibility", "transport", "tolerance"), "no light falls on them")
     | {"precision": "they are of the points' own"},
     "diagnose": dict.fromkeys(OPTIONS - {"matrix"}, IN_ITSELF),
@@ -159,6 +163,7 @@ LIGHTING = [name for name in METHODS if WITHOUT[name].get("backend") != SHOWN]
 def test_what_is_wrong_is_refused_by_name(name):
     taken = inspect.signature(getattr(MESH, name)).parameters
     given = {"scene": Scene(SCENE.lights, ph.Viewer(position=(1, 2, 3))), "tolerance": 0.1}
+    given |= {"times": "2026-06-21T10:00Z", "place": ph.Place(48.14, 11.58)}
     given = {option: value for option, value in given.items() if option in taken}
     for option, bad, message in (row for row in WRONG if row[0] in taken):
         for what in (BARE, pv.MultiBlock({"a": BARE})):

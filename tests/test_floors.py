@@ -243,6 +243,7 @@ def test_few_modules_know_a_light_by_its_class():
         "__init__",
         "cli.demo",
         "cli.options",
+        "scene.daylight",
         "scene.presets",
         "shading.interreflection",
         "shading.plan.lights",

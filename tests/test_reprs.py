@@ -42,6 +42,7 @@ BY_THEMSELVES = {
     "comparison": lambda: MESH.phong.validate(SCENE),
     "visibility": lambda: MESH.phong.visibility(SCENE),
     "transport": lambda: MESH.phong.transport(),
+    "daylight": lambda: MESH.phong.daylight("2026-06-21T10:00Z", ph.Place(48.14, 11.58)),
     "truth": lambda: MESH.phong.truth(SCENE, max_bounces=0),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
@@ -54,6 +55,7 @@ VALUES = {
         *(kind() for kind in LIGHT_TYPES.values()), SCENE, SCENE.viewer, SCENE.light_model,
         *(kind(**REFLECTANCE_SHAPES[name](Dice(1))) for name, kind in REFLECTANCES.items()),
         ph.Material(), ph.Colormap("Elevation", "terrain"), ph.Display(1.0),
+        ph.Place(48.14, 11.58),
     )
 }  # fmt: skip
 """These show their fields."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.types import ColorLike, Float64Array, FloatArray
+from pvphong.base.types import rgb as channels_of
 
 XYZ_OF_RGB = np.array(
     [
@@ -40,6 +41,11 @@ def xyz_from_rgb(rgb: FloatArray) -> FloatArray:
     """Convert linear colours, shape (n, 3), to CIE XYZ of the same shape and type; values above 1 are allowed."""
     result: FloatArray = (rgb @ XYZ_OF_RGB.T).astype(rgb.dtype)
     return result
+
+
+def luminance(color: ColorLike) -> float:
+    """Return the relative luminance of a linear colour, Y of CIE XYZ: 1 for white."""
+    return float(XYZ_OF_RGB[1] @ channels_of(color))
 
 
 def kelvin(temperature: float) -> tuple[float, float, float]:

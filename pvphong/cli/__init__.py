@@ -15,6 +15,7 @@ In reading order:
 - `options`: common options, reading of inputs, and progress.
 - `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands. They call
   `mesh.phong` or `plotter.phong`.
+- `daylight`: command for sun and sky over time.
 - `compile`: command that compiles the fast evaluator.
 """
 

@@ -46,6 +46,10 @@ _COMMANDS = {
         "reports:diagnose",
         "Find faults of a mesh that spoil its lighting; the exit status is 1 if there are any.",
     ),
+    "daylight": (
+        "daylight:daylight",
+        "Compute the light of sun and sky on a mesh over a year or a day: hours with sun, and Wh/m².",
+    ),
     "compile": (
         "compile:compile_code",
         "Compile the fast evaluator in advance, once per installation.",
@@ -66,7 +70,14 @@ for name, (place, does) in _COMMANDS.items():
 
 _SHORT = {"-o": "--output"}
 
-_OPTIONS = {"client": ("--scheduler",), "name": ("--array",), "tolerance": ("--tolerance", "--refine")}
+_OPTIONS = {
+    "client": ("--scheduler",),
+    "weather": ("--epw",),
+    "latitude": ("--place",),
+    "longitude": ("--place",),
+    "name": ("--array",),
+    "tolerance": ("--tolerance", "--refine"),
+}
 """Argument of a Python function → its options on the command line, if their names differ."""
 
 _PHRASES = {

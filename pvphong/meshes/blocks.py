@@ -104,7 +104,7 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
 
 
-def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list[Surface]:
+def materials_of(paths: Sequence[str], materials: Mapping[str, Surface], argument: str = "material") -> list[Surface]:
     """Return the material of each block, in the order of `paths`.
 
     Parameters
@@ -113,6 +113,8 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
         The blocks' paths, from `datasets`.
     materials : mapping
         Path → material. Blocks whose path is not a key have the material of the key "default".
+    argument : str, default "material"
+        Name of the argument, for error messages.
 
     Raises
     ------
@@ -122,10 +124,10 @@ def materials_of(paths: Sequence[str], materials: Mapping[str, Surface]) -> list
     allowed = "a mapping with the names of all blocks, or with the key 'default' for the others"
     for name in materials:
         if name not in (*paths, DEFAULT):
-            check.refuse("material", f"a mapping with {name!r}", allowed, f"The blocks are {', '.join(paths)}.")
+            check.refuse(argument, f"a mapping with {name!r}", allowed, f"The blocks are {', '.join(paths)}.")
     for path in paths:
         if path not in materials and DEFAULT not in materials:
-            check.refuse("material", f"a mapping without {path!r}", allowed)
+            check.refuse(argument, f"a mapping without {path!r}", allowed)
     return [materials[path if path in materials else DEFAULT] for path in paths]
 
 

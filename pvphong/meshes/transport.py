@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import pyvista as pv
@@ -29,6 +30,8 @@ class Exchanging(NamedTuple):
     source: pv.PolyData
     normals: Callable[[], FloatArray]
     matrix: MatrixLike | None
+    inside: int | None = None
+    """Index of the surface on whose faces the points lie, for points without faces that only gather light."""
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
@@ -136,8 +139,11 @@ def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any
 
 def _tracer(surfaces: Sequence[Exchanging], occluders: Any, samples: int) -> HemisphereTracer:
     receivers, parts = list[Receiver](), list[BlockingFaces]()
-    for source, normals, matrix in surfaces:
+    for source, normals, matrix, inside in surfaces:
         receiver = receiver_of(source, normals, matrix, len(parts))
+        if inside is not None:
+            receivers.append(replace(receiver, part=receivers[inside].part))
+            continue
         receivers.append(receiver)
         if receiver.part is not None:
             parts.append(receiver.faces)

@@ -82,6 +82,25 @@ class Integral(NamedTuple):
     numbers: tuple[float, ...]
 
 
+class Pattern(NamedTuple):
+    """Factor of a light's strength that a table gives for each direction.
+
+    Two formulas, because compiled code vectorises the first, which has no loads from the table.
+    """
+
+    place: Callable[[Any, Any], tuple[Any, Any]]
+    """Formula with two arguments: `parameters`, and the unit vector to the light, which is zero on the light itself. It
+    returns two numbers, a place in the table."""
+
+    value: Callable[[Any, Any, Any], Any]
+    """Formula with three arguments: `table`, which it reads by index, and the two numbers. It returns the factor."""
+
+    parameters: tuple[float, ...]
+    """Sixteen numbers that the formula `place` reads."""
+
+    table: tuple[float, ...]
+
+
 class PunctualParameters(NamedTuple):
     """Position and falloff of a light without a size, as `arrival` and compiled code read them."""
 
@@ -100,6 +119,9 @@ class PunctualParameters(NamedTuple):
 
     parameters: tuple[float, ...] = ()
     """Numbers that the formula `falloff` reads, at most eight."""
+
+    pattern: Pattern | None = None
+    """Table of the strength by direction; a light with a pattern has no falloff."""
 
     most_gain: float = math.inf
     """Largest factor of a term's colours (`gain` in `pvphong.shading.equation`) with which compiled code can compute
@@ -177,6 +199,9 @@ class Light(metaclass=_Kind):
 
     is_uniform: ClassVar[bool] = False
     """True if the light that arrives is independent of the position."""
+
+    is_all_around: ClassVar[bool] = False
+    """True if the light may come from all directions at once."""
 
     intensity_unit: ClassVar[str] = ""
     """Unit of `intensity`; "" if, at an intensity of 1, a white patch that faces the light has the light's colour."""
@@ -264,6 +289,14 @@ class Light(metaclass=_Kind):
         """
         return None
 
+    @property
+    def curves(self) -> tuple[Float64Array, ...]:
+        """Curves that show the intensity by direction, as offsets from the position, shape (k, 3) each; 1 is largest.
+
+        A window draws them. Lights without measured intensities have none.
+        """
+        return ()
+
     # -- evaluation
 
     @property
@@ -295,6 +328,10 @@ class Light(metaclass=_Kind):
             l = (to_light * inverse_length).astype(np.float64, copy=False)
             inside, chord = placed.falloff(placed.parameters, l)
             strength = strength * (inside * np.asarray(chord_power(chord, placed.power.exponent), np.float64))
+        if placed.pattern:
+            l = (to_light * inverse_length).astype(np.float64, copy=False)
+            place = placed.pattern.place(placed.pattern.parameters, l)
+            strength = strength * placed.pattern.value(np.asarray(placed.pattern.table), *place)
         return Arrival(to_light, strength, inverse_length)
 
     @property

@@ -152,6 +152,12 @@ class Angle(Role):
     unit: ClassVar[str] = "°"
 
 
+class Width(Role):
+    """Apparent diameter of a light that is infinitely far away, in degrees; 0 for a light without a size."""
+
+    unit: ClassVar[str] = "°"
+
+
 class Turn(Role):
     """Role of a field that holds a rotation around the light's up vector, counter-clockwise, in degrees.
 

@@ -9,6 +9,7 @@ In reading order:
 - `visibility`: shadows and ambient occlusion of a scene
 - `transport`: diffuse light transport between vertices
 - `paths`: path tracing
+- `daylight`: visible parts of the sky's patches, and of the sun at many positions
 
 Compiled code in `pvphong.shading.kernel` generates the rays. If nothing is compiled, `rays` generates them with NumPy.
 """

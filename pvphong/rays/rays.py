@@ -163,12 +163,14 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
         Shape (m,), bool.
     """
     all_of_them = np.ones(len(parts[0]), bool)
-    if vertices is None or (light.is_uniform and light.has_size):  # an environment
+    if vertices is None or light.is_all_around:
         return all_of_them
     low, high = vertices
     if light.is_uniform:
-        low_step = high_step = place_or_direction(light)
-        last = math.inf
+        middle = place_or_direction(light)
+        ways = np.array([place_or_direction(node) for node in light.nodes(NODES)])
+        size = 1.5 * float(np.linalg.norm(ways - middle, axis=1).max())  # as below
+        low_step, high_step, last = middle - size, middle + size, math.inf
     else:
         places = [place_of(node) for node in light.nodes(NODES)]
         if None in places:

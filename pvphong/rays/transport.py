@@ -54,7 +54,8 @@ class HemisphereTracer:
     Parameters
     ----------
     receivers : sequence of Receiver
-        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light.
+        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light. One without
+        faces only gathers light; its part is the one on which its points lie.
     occluders : Occluders
         Geometry that rays hit. Parts that belong to no receiver block light, and are black.
     samples : int
@@ -80,7 +81,7 @@ class HemisphereTracer:
         sides, firsts = np.zeros(len(corners), np.int8), np.cumsum([0, *self.occluders.counts])
         vertices = np.full_like(corners, -1)
         for each, start in zip(self.receivers, self.starts[:-1].tolist(), strict=True):
-            if each.part is None:
+            if each.part is None or not len(each.faces):
                 continue
             own = slice(firsts[each.part], firsts[each.part + 1])
             a, b, c = each.points[each.faces.corners].transpose(1, 0, 2)
@@ -215,6 +216,13 @@ class Transport:
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
+    @classmethod
+    def of_hits(cls, hits: NDArray[np.int32], counts: tuple[int, ...] = (), checksum: str = "") -> Self:
+        """Make a transport from stored hits, of one mesh or of several with the given numbers of vertices."""
+        result = cls(None, math.inf, checksum, counts or (len(hits),), hits.shape[1])
+        result._kept = np.ascontiguousarray(hits)
+        return result
+
     def __len__(self) -> int:
         return sum(self._counts)
 
@@ -299,7 +307,7 @@ class Transport:
                 means[first:last] = mean(met, colors)
 
         if self.is_kept:
-            kept = self._met
+            kept = self.hits
             work = lambda first, last: add(first, last, kept[first:last])  # noqa: E731
             threads.run(work, len(self), max(_GATHERED_AT_ONCE // self.samples, 1))
         else:
@@ -318,7 +326,7 @@ class Transport:
         ValueError
             If the hits exceed the memory limit, or SciPy is missing.
         """
-        met = self._met
+        met = self.hits
         if importlib.util.find_spec("scipy") is None:
             remedy = "`gather` works without SciPy. For the matrix, run pip install scipy."
             check.refuse("matrix", "no SciPy", "computed with SciPy", remedy)
@@ -332,7 +340,7 @@ class Transport:
         return result
 
     @property
-    def _met(self) -> NDArray[np.int32]:
+    def hits(self) -> NDArray[np.int32]:
         """Number of the vertex that each ray hits, shape (n, samples); −1 for a miss or a back."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
@@ -360,7 +368,7 @@ class Transport:
     @cached_property
     def _sums(self) -> Float64Array:
         """Fraction of each vertex's rays that hit the front of a surface, shape (n,): the sums of the matrix's rows."""
-        return (self._met >= 0).mean(axis=1)
+        return (self.hits >= 0).mean(axis=1)
 
     # -- files
 
@@ -378,7 +386,7 @@ class Transport:
         ValueError
             If the file cannot be written, or the hits exceed the memory limit.
         """
-        met = self._met
+        met = self.hits
         with written_aside(path) as aside, aside.open("wb") as file:
             kind = np.array([_FORMAT, str(_VERSION), self._checksum])
             np.savez(file, format=kind, counts=np.array(self._counts, np.int64), met=met)
@@ -425,9 +433,7 @@ class Transport:
                 allowed,
                 "The file is damaged. Recompute the transport with mesh.phong.transport().",
             )
-        result = cls(None, math.inf, str(written[2]), tuple(counts.tolist()), met.shape[1])
-        result._kept = np.ascontiguousarray(met)
-        return result
+        return cls.of_hits(met, tuple(counts.tolist()), str(written[2]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -157,7 +157,7 @@ class Tracer:
             check.refuse("light", light, "a light with `sampling`", remedy)
         margin = BEFORE_LIGHT * self.occluders.resolution(self.receiver.part)
         brightness = light.intensity * max(np.ravel(light.diffuse).tolist())
-        seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_uniform else _LEAST)
+        seen = self._look(light.sampling, margin, brightness, _LEAST_OF_ALL_AROUND if light.is_all_around else _LEAST)
         return seen if light.is_uniform else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:

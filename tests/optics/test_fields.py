@@ -46,7 +46,7 @@ def having(names, kinds=ALL):
 @pytest.mark.parametrize(
     ("kind", "defaults"),
     [
-        (DirectionalLight, {"direction": (0.0, 0.0, -1.0)}),
+        (DirectionalLight, {"direction": (0.0, 0.0, -1.0), "angle": 0.0}),
         (PointLight, {"position": (0.0, 0.0, 0.0), "attenuation": (1.0, 0.0, 0.0)}),
         (SphereLight, {"position": (0.0, 0.0, 0.0), "radius": 1.0}),
         (

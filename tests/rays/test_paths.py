@@ -18,6 +18,7 @@ from pvphong.base.text import listening
 from pvphong.optics.light import Arrival
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.panorama import directions, row_areas
+from pvphong.optics.photometry import Photometry
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.surface import Surface
 from pvphong.rays import casting
@@ -33,6 +34,7 @@ LIGHTS = {
     "directional": ph.DirectionalLight((-1, -1, -2)),
     "disk": ph.DiskLight((0.5, -0.5, 2), (-0.2, 0.1, -1), 0.6, intensity=2.0),
     "environment": ph.EnvironmentLight(SKY, up=(0, 0.3, 1), rotation=20.0),
+    "photometric": ph.PhotometricLight(Photometry("C", "0 60 180", "0 90", ("9 5 1", "9 7 2")), (0.5, -0.5, 2)),
     "point": ph.PointLight((1, 1, 3)),
     "polygon": ph.PolygonLight([(0, 0, 2), (0.2, 1, 2), (1, 0.3, 2)], two_sided=True),
     "rectangle": ph.RectangleLight((0.5, -0.5, 2), (-0.2, 0.1, -1), width=1.5, height=0.7),

@@ -7,4 +7,5 @@ In reading order:
 - `disk`: integrals along a disk's rim; a sphere is seen as a disk.
 - `harmonics`: expansion of a sky in bands of spherical harmonics.
 - `sampling`: choice of points on lights, to which rays are cast.
+- `patches`: division of the sky into patches.
 """

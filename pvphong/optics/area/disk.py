@@ -1,4 +1,6 @@
-"""Integrals over the visible part of a disk or a sphere. A sphere is seen as the disk across its nearer cap.
+"""Integrals over the visible part of a disk, of a sphere, and of a round patch of the sky.
+
+A sphere is seen as the disk across its nearer cap, and a patch of the sky as a sphere.
 
 Symbols: m the vector to the centre, e the axis with e·m > 0, r the radius; n the normal of the horizon; u the unit
 vector upward in the disk's plane, and t = e × u; ω a unit direction in integrals, and dω its solid angle. All lengths
@@ -220,6 +222,25 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
     return m, s, C, distance, scale, (distance > r) & (dot(n, n) > 0.5)
 
 
+# --- light from far away
+#
+# A round patch of the sky of angular radius α is seen as a sphere of radius s = sin α at distance 1, from everywhere.
+# Its numbers are s, then the unit vector to its middle. Offsets of vertices are not read.
+
+
+@formula
+def _to_middle(own: Any, n: Any) -> Any:
+    """Return the unit vector to a patch's middle, with as many columns as there are normals."""
+    nothing = 0.0 * n[0]
+    return own[1] + nothing, own[2] + nothing, own[3] + nothing
+
+
+@formula
+def patch_irradiance(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
+    """Integrate 1/(π s²) · max(n·ω, 0) dω over the part of a patch of the sky above the horizon."""
+    return sphere_irradiance(own, lobe, _to_middle(own, n), n, w)
+
+
 # --- powers
 
 
@@ -245,6 +266,12 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
     return _within_rim(lobe, w, n, times(l, C), l, s, is_lit) / (distance * distance) * scale * scale
+
+
+@formula
+def patch_highlight(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
+    """Integrate 1/(π s²) · max(w·ω, 0)ᵏ dω over the part of a patch of the sky above the horizon."""
+    return sphere_highlight(own, lobe, _to_middle(own, n), n, w)
 
 
 @formula

@@ -163,6 +163,16 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 
 @formula
+def patch_frame(numbers: Any, _p: Any, n: Any) -> Any:
+    """Compute the frame of a round patch of the sky, for `sphere_sample`.
+
+    Numbers: the unit vector to its middle, the sine of its angular radius, and the reach, which is infinite.
+    """
+    found = sphere_frame(numbers, (0.0, 0.0, 0.0), n)
+    return numbers[4], *found[1:]
+
+
+@formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Sample the points where rays enter a sphere light: return direction, distance and weight for u and v.
 

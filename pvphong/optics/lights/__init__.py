@@ -6,7 +6,7 @@ other notations.
 A new kind of light needs:
 
 - a file in this folder, and an entry in `LIGHT_TYPES`;
-- its name and module in `pvphong/__init__.py`, and a row in the README;
+- its name and module in `pvphong/__init__.py`, and its fields in the guide;
 - a strategy in `tests/strategies.py`, which includes it in all property-based tests;
 - a light in `tests/rays/test_paths.py`, which has one of each kind;
 - if it has no `nodes`: the light that VTK draws in its place, registered in `conversion.py`;
@@ -31,6 +31,7 @@ from pvphong.optics.lights.conversion import (
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.disk import DiskLight
 from pvphong.optics.lights.environment import EnvironmentLight
+from pvphong.optics.lights.photometric import PhotometricLight
 from pvphong.optics.lights.point import PointLight
 from pvphong.optics.lights.polygon import PolygonLight
 from pvphong.optics.lights.rectangle import RectangleLight
@@ -41,6 +42,7 @@ LIGHT_TYPES: dict[str, type[Light]] = {
     "directional": DirectionalLight,
     "disk": DiskLight,
     "environment": EnvironmentLight,
+    "photometric": PhotometricLight,
     "point": PointLight,
     "polygon": PolygonLight,
     "rectangle": RectangleLight,
@@ -56,6 +58,7 @@ __all__ = [
     "DiskLight",
     "EnvironmentLight",
     "Light",
+    "PhotometricLight",
     "PointLight",
     "PolygonLight",
     "RectangleLight",

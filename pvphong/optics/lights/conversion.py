@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from functools import singledispatch
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from pvphong.base import check
 from pvphong.base.types import Vector
@@ -11,6 +14,7 @@ from pvphong.optics.attenuation import INVERSE_SQUARE
 from pvphong.optics.light import Light
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.lights.environment import EnvironmentLight
+from pvphong.optics.lights.photometric import PhotometricLight
 from pvphong.optics.lights.point import PointLight, Weakening
 from pvphong.optics.lights.sized import Flat
 from pvphong.optics.lights.spot import SpotLight
@@ -81,7 +85,7 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return VTK's values for a directional light: its direction. VTK reads nothing else of such a light."""
+    """Return the values of a directional light: its direction. VTK's lights have no size."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
@@ -100,8 +104,8 @@ def _(light: SpotLight) -> VtkValues:
 
 
 def is_in_vtk(light: Light) -> bool:
-    """Return True if VTK supports this kind of light."""
-    return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object)
+    """Return True if VTK supports this kind of light, and the light has no size."""
+    return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object) and not light.has_size
 
 
 @singledispatch
@@ -115,6 +119,20 @@ def nearest_in_vtk(light: Any) -> Light:
 def _(light: Flat) -> SpotLight:
     """Return a spot light at the middle of a flat light, with the widest cone that VTK supports."""
     return SpotLight(light.center, light.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
+
+
+@nearest_in_vtk.register
+def _(light: PhotometricLight) -> SpotLight | PointLight:
+    """Return a point light; or, for a lamp that sends most light forward, a spot light with the same flux.
+
+    With the intensity I along its axis, the flux Φ of a light I cosᵉ γ is 2π I / (e + 1).
+    """
+    measured, ahead = light.measured, light.arrival(np.array(light.places[0])[:, None] + light.axes[:1].T)
+    along, flux = float(np.ravel(ahead.strength)[0]), measured.lumens
+    if 2.0 * math.pi * along <= 0.5 * flux:
+        return PointLight(light.position, (0.0, 0.0, 4.0 * math.pi / flux))
+    exponent = max(2.0 * math.pi * along / flux - 1.0, 0.0)
+    return SpotLight(light.position, light.direction, _NEARLY_90, exponent, (0.0, 0.0, 1.0 / along))
 
 
 @nearest_in_vtk.register

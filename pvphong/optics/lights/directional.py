@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, VectorLike
-from pvphong.base.vectors import moderate_vector
-from pvphong.optics.light import Arrival, Light
-from pvphong.optics.roles import aim, direction_from
+from pvphong.base.types import Float64Array, Vector, VectorLike
+from pvphong.base.vectors import moderate_vector, unit_vector
+from pvphong.optics.area.disk import patch_highlight, patch_irradiance
+from pvphong.optics.area.lobes import CosinePower
+from pvphong.optics.area.sampling import Sampling, patch_frame, sphere_sample, sphere_seen
+from pvphong.optics.light import NODES, Arrival, Integral, Light
+from pvphong.optics.lights.sized import across
+from pvphong.optics.roles import Width, aim, direction_from, meaning
+
+# Largest apparent diameter, in degrees.
+_WIDEST = 90.0
+# Nodes by the square of the light's angular radius and the sharpness of a highlight, for an error of 0.1 % of its peak;
+# and their least number.
+_NODES_IN_LOBES, _LEAST_NODES = 250.0, 8
 
 
 def _sine_and_cosine(degrees: float) -> tuple[float, float]:
@@ -24,12 +35,19 @@ def _sine_and_cosine(degrees: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class DirectionalLight(Light):
-    """Directional light: parallel rays, as from the sun.
+    """Directional light: parallel rays, or with an `angle` light from a round patch of the sky, as from the sun.
+
+    `diffuse` · `intensity` is the irradiance of a surface that faces the light, whatever the angle: light of a larger
+    angle comes from a larger patch with a lower radiance. With an angle, shadows and highlights are soft. Diffuse
+    reflection and Phong's highlight are exact; for other reflectances, 8 to 64 parallel lights approximate the patch.
 
     Parameters
     ----------
     direction : sequence of float, default (0, 0, -1)
         The direction in which the light travels, of any length. OpenGL's default light shines along −z.
+    angle : float, default 0
+        Apparent diameter in degrees, 0 <= angle <= 90. The sun's is 0.533; it varies by 1.7 % over the year. 0 is light
+        without a size.
     **common
         The fields of every light: `diffuse`, `specular`, `ambient`, `intensity`, `on`, `frame`, `name`.
 
@@ -43,9 +61,17 @@ class DirectionalLight(Light):
     >>> import pyvista as pv, pvphong as ph
     >>> sun = ph.DirectionalLight(direction=(1, -1, -2), diffuse="#fff0d0")
     >>> lit = pv.Sphere().phong.shade(sun)
+    >>> real_sun = ph.DirectionalLight(direction=(1, -1, -2), angle=0.533)
     """
 
     direction: VectorLike = aim()
+    angle: float = meaning(
+        Width(
+            partial(check.number, at_least=0.0, at_most=_WIDEST, remedy="A wider light is an EnvironmentLight."),
+            "width",
+        ),
+        0.0,
+    )
 
     is_uniform: ClassVar[bool] = True
 
@@ -106,3 +132,66 @@ class DirectionalLight(Light):
         """
         direction, inverse_length = moderate_vector(self.direction)
         return Arrival(-np.array(direction, dtype=real)[:, None], 1.0, inverse_length)
+
+    # -- with an apparent size
+
+    @property
+    def has_size(self) -> bool:
+        """True if the angle is larger than 0."""
+        return self.angle > 0.0
+
+    @property
+    def angular_radius(self) -> float:
+        """Half the angle, in radians."""
+        return math.radians(0.5 * self.angle)
+
+    def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
+        """Return parallel lights from evenly spread directions of the patch; a single one is its middle.
+
+        Together they give a surface that faces the light its whole irradiance. So their intensities sum to the inverse
+        of their mean cosine with the middle, 2 / (1 + cos α) with α the angular radius.
+        """
+        if not self.has_size:
+            return (self,)
+        x, y, z = self.direction
+        return _nodes((x, y, z), self.angular_radius, count)
+
+    def nodes_for(self, sharpness: float) -> int:
+        """Return a power of two for which the nodes are close together compared with the width of a highlight."""
+        several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness * self.angular_radius**2, 1.0)))
+        return min(max(several, _LEAST_NODES), NODES)
+
+    def analytic_integral(self, form: CosinePower) -> Integral:
+        """Return the integral of the lobe over the patch."""
+        formula = patch_irradiance if form.around == "normal" else patch_highlight
+        return Integral(formula, (0.0, 0.0, 0.0), math.inf, (math.sin(self.angular_radius), *self._to_light))
+
+    @property
+    def sampling(self) -> Sampling | None:
+        """Uniform sampling of the patch; None for a light without a size."""
+        if not self.has_size:
+            return None
+        numbers = *self._to_light, math.sin(self.angular_radius), math.inf
+        return Sampling(patch_frame, sphere_sample, sphere_seen, numbers)
+
+    def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
+        """Return the constant radiance: 1 divided by the square of the sine of the angular radius."""
+        return np.full((3, 1), 1.0 / math.sin(self.angular_radius) ** 2)
+
+    @property
+    def _to_light(self) -> Vector:
+        x, y, z = unit_vector(self.direction)
+        return -x, -y, -z
+
+
+@lru_cache(maxsize=32)
+def _nodes(direction: Vector, radius: float, count: int) -> tuple[DirectionalLight, ...]:
+    if count == 1:
+        return (DirectionalLight(direction),)
+    k = np.arange(count)
+    less = 2.0 * math.sin(0.5 * radius) ** 2 * (k + 0.5) / count  # 1 − cos of the angles off the middle
+    aside, around = np.sqrt(less * (2.0 - less)), k * math.pi * (3.0 - math.sqrt(5.0))  # golden angles (Vogel 1979)
+    axis = np.array(unit_vector(direction))
+    ways = (aside * np.stack([np.cos(around), np.sin(around)])).T @ across(axis) + (1.0 - less)[:, None] * axis
+    intensity = 2.0 / (1.0 + math.cos(radius)) / count
+    return tuple(DirectionalLight(way, intensity=intensity) for way in ways.tolist())

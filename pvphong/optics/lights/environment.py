@@ -28,6 +28,7 @@ from pvphong.optics.light import Integral, Light
 from pvphong.optics.lights.directional import DirectionalLight
 from pvphong.optics.panorama import Panorama, directions, image_or_color, row_areas
 from pvphong.optics.roles import Role, Turn, Up, meaning
+from pvphong.optics.sky import SOLAR_CONSTANT, SkyModel, ground_radiance, radiances
 
 # Sine of the least angle between `up` and the x axis at which the middle of the image is along the x axis.
 _LEAST = 1e-9
@@ -40,6 +41,8 @@ _ROWS = 48
 _NODES_IN_LOBES, _LEAST_NODES, _MOST_NODES = 4.0, 256, 1024
 # Largest number of rows for importance sampling; larger images are averaged to it.
 _MOST_ROWS = 256
+# Number of rows of a sky's image: texels of 2°.
+_SKY_ROWS = 90
 _RED_GREEN_BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -96,6 +99,79 @@ class EnvironmentLight(Light):
     rotation: float = meaning(Turn(check.number, "rotation"), 0.0)
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
+
+    @classmethod
+    def sky(
+        cls,
+        sun: VectorLike = (0.0, 0.0, 1.0),
+        *,
+        diffuse_horizontal: float,
+        direct_normal: float = 0.0,
+        model: SkyModel = "perez",
+        albedo: float = 0.2,
+        up: VectorLike = (0.0, 0.0, 1.0),
+        extraterrestrial: float = SOLAR_CONSTANT,
+        **fields: Any,
+    ) -> Self:
+        """Make a sky by its irradiance, above open ground that reflects it; the sun itself is a light of its own.
+
+        The image is the radiance in W/m²/sr, and the intensity is π: an open surface under a sky of the irradiance E
+        gets the colour E, as from a directional light of intensity E.
+
+        Parameters
+        ----------
+        sun : sequence of float, default (0, 0, 1)
+            Direction to the sun, of any length. A sun below the horizon counts as on it.
+        diffuse_horizontal : float
+            Irradiance by the sky on an open surface that faces up, in W/m². The image gives exactly this irradiance.
+        direct_normal : float, default 0
+            Irradiance by the sun on a surface that faces it, in W/m²: for the kind of sky, and for the ground.
+        model : {"perez", "overcast", "clear"}, default "perez"
+            "perez": all-weather sky, from overcast to clear by the ratio of the irradiances; "overcast" and "clear":
+            the skies of the CIE (S 011/E:2003 type 16, and CIE 22).
+        albedo : float, default 0.2
+            Fraction of the light that the ground reflects, from 0 to 1.
+        up : sequence of float, default (0, 0, 1)
+            Direction to the zenith.
+        extraterrestrial : float, default 1367
+            Irradiance of the sun above the atmosphere in W/m², for Perez' model. It varies by 3.4 % in a year.
+        **fields
+            The other fields of the light. `intensity` is multiplied by π.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range.
+
+        References
+        ----------
+        R. Perez, R. Seals, J. Michalsky, "All-weather model for sky luminance distribution", Solar Energy 50 (1993),
+        235-245.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> sky = ph.EnvironmentLight.sky((1, 0, 1), direct_normal=600, diffuse_horizontal=120)
+        >>> model = ph.LightModel(ambient=0, clamp=False)
+        >>> lit = pv.Plane().phong.shade(ph.Scene([sky], light_model=model), ph.Material(diffuse=1))
+        >>> round(float(lit["phong"][0, 0]))  # W/m²
+        120
+        """
+        direct, diffuse = check.number("direct_normal", direct_normal, at_least=0.0), diffuse_horizontal
+        diffuse = check.number("diffuse_horizontal", diffuse, at_least=0.0)
+        above = check.number("extraterrestrial", extraterrestrial, above=0.0)
+        albedo = check.number("albedo", albedo, at_least=0.0, at_most=1.0)
+        intensity = math.pi * check.number("intensity", fields.pop("intensity", 1.0), at_least=0.0)
+        frame = cls(up=check.direction("up", up)).axes
+        local = frame @ unit_vector(check.direction("sun", sun))
+        to_sky = directions(_SKY_ROWS, 2 * _SKY_ROWS)[: _SKY_ROWS // 2]
+        level = to_sky[..., 2] * row_areas(_SKY_ROWS, 2 * _SKY_ROWS)[: _SKY_ROWS // 2, None]
+        given = local[None], np.array([direct]), np.array([diffuse]), above
+        found = radiances(model, to_sky.reshape(-1, 3), level.ravel(), *given).reshape(level.shape)
+        ground = ground_radiance(albedo, float(local[2]), direct, diffuse)
+        image = np.concatenate([found, np.full_like(found, ground)])
+        return cls(np.repeat(image[..., None], 3, axis=2), up=up, intensity=intensity, **fields)
 
     @cached_property
     def panorama(self) -> Panorama:
@@ -252,6 +328,7 @@ class SkyChannel(Light):
     most: int
 
     is_uniform: ClassVar[bool] = True
+    is_all_around: ClassVar[bool] = True
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Return `count` parallel lights that approximate the whole environment."""

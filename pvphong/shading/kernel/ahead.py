@@ -27,6 +27,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectance import LAMBERT
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.optics.reflectances.vtk import VtkHeadlight
+from pvphong.optics.roles import Width, roles_of
 from pvphong.shading.kernel import blends, edges, hits, normals, rays, records, stages
 from pvphong.shading.kernel.code import Library, NotCompiled, Request, code_identity
 from pvphong.shading.kernel.evaluation import driver_code
@@ -129,7 +130,7 @@ def _of_lights() -> _Named:
     """Return the stages of all kinds of light, with and without attenuation."""
     placed = {name: _sample(kind).placement for name, kind in LIGHT_TYPES.items()}
     return _distinct(
-        (name, stages.light_stage(placement.falloff, weakens))
+        (name, stages.light_stage(placement.falloff, weakens, placement.pattern))
         for name, placement in placed.items()
         if placement is not None
         for weakens in (True, False)
@@ -173,8 +174,9 @@ def _of_reflectances() -> _Named:
 
 
 def _sample(kind: Any) -> Any:
-    """Return an instance of a dataclass, with 1 for each field without a default."""
-    return kind(*(1.0 for each in fields(kind) if each.default is MISSING))
+    """Return an instance of a kind, with 1 for fields without a default, and for widths, so that it has a size."""
+    wide = {name: 1.0 for name, role in roles_of(kind).items() if isinstance(role, Width)}
+    return kind(*(1.0 for each in fields(kind) if each.default is MISSING), **wide)
 
 
 def _distinct(stages_of_all: _Named) -> _Named:

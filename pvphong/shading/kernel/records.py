@@ -119,13 +119,15 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
         code = TermCode(integral_stage(integrals, forms), integral_numbers(term.gain, integrals, forms, real))
         return code if are_in_range(code.numbers[:3]) else None
     placement = light.placement
-    if placement is None or placement.falloff not in (None, *FORMULAS) or not holds(placement.attenuation):
+    if placement is None or not {placement.falloff, *(placement.pattern or ())[:2]} <= {None, *FORMULAS}:
+        return None
+    if not holds(placement.attenuation):
         return None
     weakens = placement.attenuation != (1.0, 0.0, 0.0)
     code = TermCode(
-        light_stage(placement.falloff, weakens),
+        light_stage(placement.falloff, weakens, placement.pattern),
         light_numbers(placement),
-        weakens or placement.falloff is not None,
+        weakens or placement.falloff is not None or placement.pattern is not None,
         slice(3, 6 if weakens else 3),
     )
     is_held = are_in_range(placement.position) and (not code.varies or term.gain <= placement.most_gain)

@@ -30,7 +30,7 @@ from pvphong.base.formulas import (
 )
 from pvphong.optics.area.lobes import POWER, CosinePower, is_whole, lobe_numbers, may_rise, shows
 from pvphong.optics.attenuation import divisor
-from pvphong.optics.light import Integral, PunctualParameters
+from pvphong.optics.light import Integral, Pattern, PunctualParameters
 from pvphong.optics.reflectance import Geometry, Reflectance
 from pvphong.shading.kernel.arithmetic import as_type_of, compiled, exp2, inlined, log2_power, shifted
 from pvphong.shading.kernel.lanes import WIDTH, load_listed, store, store_listed
@@ -263,7 +263,9 @@ def reflectance_stage(
     return reflect_with_power
 
 
-def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[..., Any]:
+def light_stage(
+    falloff: Callable[..., Any] | None, weakens: bool, pattern: Pattern | None = None
+) -> Callable[..., Any]:
     """Return a stage, (numbers, rows, points) → bool, that writes vectors to a light, and strengths if they vary.
 
     The stage returns True if no vertex of the block is declined, that is, marked by `approach` for the reference.
@@ -276,6 +278,8 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
         is equally strong in all directions.
     weakens : bool
         True if the strength depends on the distance.
+    pattern : Pattern, optional
+        Its formulas give the factor of the strength; a light without falloff may have one.
     """
     measures = int(weakens)
 
@@ -284,6 +288,26 @@ def light_stage(falloff: Callable[..., Any] | None, weakens: bool) -> Callable[.
         if measures == 1:
             _weaken(rows, numbers)
         return good
+
+    if pattern is not None:
+        place, value = pattern.place, pattern.value
+
+        def arrive_by_pattern(numbers: Any, rows: Any, points: Any) -> bool:
+            good = approach(rows, points, numbers[0], numbers[1], numbers[2], measures == 1)
+            if measures == 1:
+                _weaken(rows, numbers)
+            more = shifted(numbers, _OWN_OF_LIGHT + _MOST_PARAMETERS)
+            own = (*_parameters(rows, shifted(numbers, _OWN_OF_LIGHT)), *_parameters(rows, more))
+            for i in range(BLOCK):
+                l = times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[INVERSE_DISTANCE + i])
+                rows[FIRST + i], rows[SECOND + i] = place(own, l)
+            table = shifted(more, _MOST_PARAMETERS)
+            for i in range(BLOCK):
+                strength = rows[STRENGTH + i] if measures == 1 else ONE
+                rows[STRENGTH + i] = strength * value(table, rows[FIRST + i], rows[SECOND + i])
+            return good
+
+        return arrive_by_pattern
 
     if falloff is None:
         return arrive
@@ -460,7 +484,8 @@ def integral_numbers(
 def light_numbers(light: PunctualParameters) -> tuple[float, ...]:
     """Return the numbers that a light's stage, from `light_stage`, reads."""
     power = light.power or Power(0.0)
-    return *light.position, *light.attenuation, *power.numbers, *light.parameters
+    own = light.parameters if light.pattern is None else (*light.pattern.parameters, *light.pattern.table)
+    return *light.position, *light.attenuation, *power.numbers, *own
 
 
 def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:

@@ -344,7 +344,8 @@ class Size(LightEffect):
                     exact, summed = by_closed_form(term, equation.forms)
                     integrals += sum(any(exact[k]) for k in lobes)
                     is_summed = any(any(summed[k]) for k in lobes)
-                    method = f"by {NODES if term.nodes is None else len(term.nodes)} nodes" if is_summed else "exact"
+                    count = term.light.nodes_for(equation.sharpness) if term.nodes is None else len(term.nodes)
+                    method = f"by {count} nodes" if is_summed else "exact"
                     by_method.setdefault(method, []).append(component)
         said = ", ".join(f"{' and '.join(dict.fromkeys(found))} {method}" for method, found in by_method.items())
         return replace(decision, why=f"{decision.why}: {said}", lights=integrals) if said else decision

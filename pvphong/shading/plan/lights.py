@@ -23,7 +23,14 @@ from pvphong.base.vectors import angle_between, unit_vector
 from pvphong.geometry.extent import ROUNDED_UP, TURN_SLACK, BoundingCone, MeshBounds
 from pvphong.optics.attenuation import INVERSE_SQUARE, NONE, attenuate, strength_at
 from pvphong.optics.light import NODES, Light
-from pvphong.optics.lights import DirectionalLight, EnvironmentLight, PointLight, SphereLight, SpotLight
+from pvphong.optics.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    PhotometricLight,
+    PointLight,
+    SphereLight,
+    SpotLight,
+)
 from pvphong.optics.lights.point import Weakening
 from pvphong.optics.lights.sized import Flat
 
@@ -129,14 +136,46 @@ def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
     return DirectionalLight(direction=(x, y, z)), float(np.broadcast_to(arrival.strength, 1)[0])
 
 
-# --- lights without a size
+# --- directional lights
+
+
+@effects.register
+def _(light: DirectionalLight) -> frozenset[str]:
+    """Return the size, if the light has an angle."""
+    return frozenset({SIZE} if light.has_size else ())
 
 
 @reach.register
 def _(light: DirectionalLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
-    """Return the same bounds for all vertices: the strength 1, and the one direction to the light."""
+    """Return strength 1 from one direction; with an angle, the strength of all parts, and the angular radius."""
     x, y, z = unit_vector(light.direction)
-    return LightBounds(1.0, (-x, -y, -z), TURN_SLACK)
+    if not light.has_size:
+        return LightBounds(1.0, (-x, -y, -z), TURN_SLACK)
+    return LightBounds(_of_all_parts(light), (-x, -y, -z), light.angular_radius * ROUNDED_UP + TURN_SLACK)
+
+
+def _of_all_parts(light: DirectionalLight) -> float:
+    """Return the sum of the strengths of the parts of a light with an angle, as for its nodes, rounded up."""
+    return 2.0 / (1.0 + math.cos(light.angular_radius)) * ROUNDED_UP
+
+
+@simpler.register
+def _(light: DirectionalLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:  # noqa: ARG001 the same everywhere
+    """Return parallel light from the middle of the patch of the sky."""
+    if exactly or effect != SIZE:
+        return None
+    why, strongest = "small: equal to parallel light to within {bound:.2g}", _of_all_parts(light)
+    turn = light.angular_radius * ROUNDED_UP
+    return Approximation(lambda: light.nodes(1), why, spread=strongest - 1.0, turn=turn, strongest=strongest)
+
+
+@without.register
+def _(light: DirectionalLight, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 the same everywhere
+    """Return, without size, parallel light from the middle of the patch of the sky."""
+    return (light.nodes(1)[0] if effect == SIZE else light), 1.0
+
+
+# --- lights without a size, at a position
 
 
 @effects.register
@@ -206,6 +245,18 @@ def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
         distance = np.array([math.dist(light.position, point)])
         return replace(this, attenuation=NONE), float(attenuate(distance, light.attenuation)[0])
     return _parallel_at(light, point) if effect == POSITION else (this, 1.0)
+
+
+@reach.register
+def _(light: PhotometricLight, extent: MeshBounds) -> LightBounds:
+    """Return bounds as for a point light that has the lamp's largest intensity in all directions."""
+    return reach.dispatch(Weakening)(light, extent)
+
+
+@without.register
+def _(light: PhotometricLight, effect: str, point: Vector) -> tuple[Light, float]:
+    """Return, without position, parallel light with the direction and the strength at the point."""
+    return _parallel_at(light, point) if effect == POSITION else (light, 1.0)
 
 
 @effects.register

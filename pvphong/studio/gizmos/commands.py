@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.color import luminance
 from pvphong.base.types import ColorLike, Vector, rgb
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.light import Light
@@ -24,7 +25,7 @@ from pvphong.optics.lights import PointLight
 from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim
 from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, called
-from pvphong.studio.gizmos.handles import comes_from_somewhere, fields, luminance
+from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
 from pvphong.studio.gizmos.view import vector
 from pvphong.studio.window_lights import free_name
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from pvphong.base.color import luminance
 from pvphong.base.handles import Handle
 from pvphong.base.types import Vector
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
-from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable, luminance
+from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
 from pvphong.studio.gizmos.history import History
 from pvphong.studio.gizmos.view import STANDS_OFF, Scenery, View, vector

@@ -16,12 +16,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.color import XYZ_OF_RGB
-from pvphong.base.types import ColorLike, Float64Array, rgb
+from pvphong.base.color import luminance
+from pvphong.base.types import Float64Array
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
-from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Role, Turn, Up
+from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Role, Turn, Up, Width
 from pvphong.studio.gizmos.drawing import Drawing, circle
 from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
 
@@ -38,8 +38,8 @@ _ARROW = 0.6 * STANDS_OFF
 _NEAREST, _FARTHEST = 0.05, 20.0
 # Circles are drawn up to this radius, in scene sizes.
 _LARGEST = 1e4
-# Length of the normal of an area light in scene sizes, and number of lines that fill its front.
-_NORMAL, _HATCHES = 0.25, 11
+# Length of an area light's normal and of a lamp's largest intensity, in scene sizes; number of lines that fill a front.
+_NORMAL, _CURVE, _HATCHES = 0.25, 0.35, 11
 # Spheres around a light with attenuation: fraction of the light that remains there, strength of the lines, and label.
 _LEFT = ((0.5, 0.9, "1/2 left"), (1.0 / 256.0, 0.35, "1/256 left"))
 # Margin between an angle and its limits, in degrees: a cone of 0° is invisible, and VTK does not treat 90° as a cone.
@@ -63,11 +63,6 @@ def comes_from_somewhere(light: Light) -> bool:
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
     """Return name → value, for the fields of a light whose role is an instance of `kind`."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
-
-
-def luminance(color: ColorLike) -> float:
-    """Return the relative luminance of a linear colour, Y of CIE XYZ: 1 for white."""
-    return float(XYZ_OF_RGB[1] @ rgb(color))
 
 
 @dataclass(frozen=True)
@@ -104,9 +99,8 @@ class LightInScene:
         return found | {INTENSITY: Handle(self, INTENSITY, INTENSITY)}
 
     def points(self, view: View) -> dict[str, Float64Array]:
-        """Return name → world position, for the handles that have a position in the view."""
-        found = {name: handle.point(view) for name, handle in self.handles.items()}
-        return {name: point for name, point in found.items() if point is not None}
+        """Return name → world position of the visible handles."""
+        return {name: point for name, each in self.handles.items() if (point := each.point(view)) is not None}
 
     @cached_property
     def origin(self) -> Float64Array:
@@ -171,7 +165,7 @@ class LightInScene:
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
         """Add the light to a drawing; if selected, with its full shape. `active` is the name of the handle in use.
 
-        The full shape of an area light includes its normal, and hatching if the side that the viewer sees emits light.
+        The shape includes curves of intensities; that of an area light its normal, and hatching on a side that emits.
         """
         light, outline = self.light, self.light.outline
         if not is_movable(light):
@@ -184,6 +178,8 @@ class LightInScene:
         for name, handle in self.handles.items():
             if name != ORIGIN:  # the icon marks it
                 handle.draw(drawing, selected if handle.is_always_shown else name == active)
+        for curve in light.curves if selected else ():
+            drawing.line(self.origin + _CURVE * self.scenery.size * curve, 0.6)
         if outline is None:
             return
         drawing.line(np.concatenate([outline, outline[:1]]), 0.9 if selected else 0.45)
@@ -479,6 +475,21 @@ class AngleHandle(Handle):
                 drawing.line(ring(halved), 0.5)
 
 
+class WidthHandle(Handle):
+    """Apparent diameter of a light without a position. It can only be typed: the icon hides the rim of a small one."""
+
+    def draw(self, drawing: Drawing, selected: bool) -> None:
+        """Add the rim around the icon, as large as the light looks from the target."""
+        if self.shown.along is not None and self.value:
+            size = self.shown.reach(self.light.values(Aim)[0]) * math.tan(math.radians(0.5 * self.value))
+            drawing.line(circle(self.shown.origin, self.shown.along, size), 1.0 if selected else 0.3)
+
+    @property
+    def said(self) -> tuple[str, str]:
+        """The diameter, if the light has one."""
+        return "", f"{self.name} {self.value:.4g}°" if self.value else ""
+
+
 class LengthHandle(Handle):
     """Handle of a size.
 
@@ -617,6 +628,7 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
     Corners: PlaceHandle,
     Aim: AimHandle,
     Angle: AngleHandle,
+    Width: WidthHandle,
     Length: LengthHandle,
     Falloff: FalloffHandle,
     Turn: TurnHandle,

@@ -62,7 +62,7 @@ class Field(NamedTuple):
     is_optional: bool = False
     """True if the value may be None."""
     takes: str = ""
-    """Other kind of value that the field accepts: "map", "image", or for a flag "number"; "" if there is none."""
+    """Other kind of value that the field accepts: "map", "image" or "file", for a flag "number"; "" for none."""
     default: Any = None
     """Default value, or 0.5 if the field has none."""
     choices: tuple[str, ...] = ()
@@ -125,7 +125,7 @@ def _field(field: dataclasses.Field[Any], unit: str, what: str, text: str) -> Fi
         return Field(field.name, "choice", text, choices=tuple(limits["allowed"]))
     if base not in _KINDS:
         raise TypeError(f"{field.name} is documented as {what!r}, a type that forms do not support.")
-    takes = {"map": "map", "array_like": "map", "float": "number"}.get(other, "")
+    takes = {"map": "map", "array_like": "map", "float": "number", "path": "file"}.get(other, "")
     if "pyvista.Texture" in more:
         takes = "image"
     labels = role.labels if role is not None and _KINDS[base] in ("numbers", "points") else ()
@@ -166,6 +166,8 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
         entry["map"] = f"array {value.scalars!r}, coloured" if isinstance(value.scalars, str) else "an array, coloured"
     elif field.takes == "image" and not isinstance(value, (float, tuple)):
         entry["map"] = "image {1} × {0}".format(*value.image.shape)
+    elif field.takes == "file" and not isinstance(value, float):
+        entry["map"] = repr(value)
     elif field.kind == "number":
         entry |= {"value": value} | _slider(field, value, key, middles)
     elif field.kind == "numbers":

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from strategies import LIGHT_SHAPES, Dice, triple, unit
 
-from pvphong import LightModel, Material, Scene, SphereLight, Viewer, as_light, evaluate, plan
+from pvphong import DirectionalLight, LightModel, Material, Scene, SphereLight, Viewer, as_light, evaluate, plan
 from pvphong.geometry.extent import MeshBounds
 from pvphong.optics.light import NODES
 from pvphong.optics.lights import LIGHT_TYPES, is_in_vtk, nearest_in_vtk, vtk_values
@@ -23,7 +23,12 @@ from pvphong.vtk.scenes import refuse_inexpressible
 FRAMES = ("world", "camera", "headlight")
 SEEDS = range(8)
 COUNT = 64
-every_light = pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS])
+KINDS = LIGHT_TYPES | {"sun": DirectionalLight}
+"""All kinds of light; a sun is a directional light with an angle."""
+SHAPES = LIGHT_SHAPES | {
+    "sun": lambda dice, _place, aim, _: {"direction": aim, "angle": dice.choice((0.533, 5.0, 90.0))}
+}
+every_light = pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind in KINDS for seed in SEEDS])
 
 
 def thrown(kind, seed, **fields):
@@ -31,7 +36,7 @@ def thrown(kind, seed, **fields):
     dice = Dice(f"{kind} {seed}")
     away = dice.unit_vector() * dice.choice((0.7, 2.0, 8.0, 300.0))
     aim = triple(-away + 0.2 * dice.vector())
-    light = LIGHT_TYPES[kind](**LIGHT_SHAPES[kind](dice, triple(away), aim, dice.uniform(5.0, 90.0)), **fields)
+    light = KINDS[kind](**SHAPES[kind](dice, triple(away), aim, dice.uniform(5.0, 90.0)), **fields)
     points = np.array([dice.vector() * 0.5 for _ in range(COUNT)])
     return light, points, dice
 
@@ -157,6 +162,8 @@ def test_its_nodes_are_parts_of_it_without_a_size(kind, seed):
         sides = 2 if getattr(light, "two_sided", False) else 1
         assert len(nodes) in {1, sides * max(count // sides, 1)}
         whole = float(light.panorama.total.mean()) if light.bands else sides
+        if kind == "sun" and count > 1:  # its parts are at an angle to its middle
+            whole = 1.0 / np.mean([np.dot(unit(node.direction), unit(light.direction)) for node in nodes])
         assert nodes == (light,) or math.fsum(node.intensity for node in nodes) == pytest.approx(whole, rel=1e-14)
         assert all(node.nodes(count) == (node,) for node in nodes)
 
@@ -171,7 +178,7 @@ def test_a_spheres_nodes_light_a_patch_as_it_does(distance, off, tilt):
     np.testing.assert_allclose(parts, whole, rtol=0, atol=0.5 * off)
 
 
-SIZED = [kind for kind, of in LIGHT_TYPES.items() if len(of().nodes(9)) > 1 and not of().bands]
+SIZED = [*(kind for kind, of in LIGHT_TYPES.items() if len(of().nodes(9)) > 1 and not of().bands), "sun"]
 MATT, SHINY = Material(ambient=0.0, diffuse=1.0), Material(ambient=0.0, diffuse=0.0, specular=1.0, shininess=20)
 
 
@@ -182,7 +189,7 @@ def test_many_nodes_light_a_patch_as_the_whole_does(kind, seed):
     dice, model = Dice(f"{kind} {seed}"), LightModel(ambient=0.0, clamp=False)
     away = 4.0 * dice.unit_vector()
     aim, normal = triple((1 if seed % 2 else -1) * away + 0.3 * dice.vector()), unit(away + 1.5 * dice.vector())
-    light = LIGHT_TYPES[kind](**LIGHT_SHAPES[kind](dice, triple(away), aim, 60.0))
+    light = KINDS[kind](**SHAPES[kind](dice, triple(away), aim, 60.0))
     viewer = Viewer(triple(2.0 * (normal @ away) * normal - away))
     for material in (MATT, SHINY):
         whole, parts = (
@@ -233,7 +240,7 @@ def test_what_may_stand_in_is_no_further_off_than_it_says(kind, seed, size):
 
 with_a_place_and_a_size = pytest.mark.parametrize(
     ("kind", "seed"),
-    [(kind, seed) for kind in LIGHT_TYPES for seed in SEEDS if "size" in plans.effects(thrown(kind, seed)[0])],
+    [(kind, seed) for kind in KINDS for seed in SEEDS if "size" in plans.effects(thrown(kind, seed)[0])],
 )
 
 

@@ -23,8 +23,11 @@ def thrown(kind, seed):
         triple(-dice.unit_vector() + 0.5 * dice.vector()),
         triple(dice.unit_vector() * dice.choice((0.3, 0.7, 1.5, 3.0, 30.0, 1e3))),
     )
-    shape = LIGHT_SHAPES[kind](dice, place, aim, 60.0)
-    light = LIGHT_TYPES[kind](**shape, intensity=max(float(np.dot(place, place)), 0.05))
+    intensity = max(float(np.dot(place, place)), 0.05)
+    if kind == "sun":
+        light = ph.DirectionalLight(aim, dice.choice((0.533, 5.0, 90.0)), intensity=intensity)
+    else:
+        light = LIGHT_TYPES[kind](**LIGHT_SHAPES[kind](dice, place, aim, 60.0), intensity=intensity)
     points = random.uniform(-1, 1, (COUNT, 3)) * dice.choice((1.0, 0.3))
     normals = dice.unit_vector() * dice.choice((0.0, 1.0, 3.0)) + random.normal(size=(COUNT, 3))
     power, specular = dice.choice((0.0, 0.5, 4.0, 5.5, 20.0, 300.0, 1e4, 1e6)), dice.choice((0.0, 0.5))
@@ -51,7 +54,7 @@ def left_to_the_reference(monkeypatch, arguments):
     return sum(rows)
 
 
-@pytest.mark.parametrize("kind", ["disk", "environment", "sphere", "rectangle", "polygon"])
+@pytest.mark.parametrize("kind", ["disk", "environment", "sphere", "rectangle", "polygon", "sun"])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("count", [pytest.param(20, id="few"), pytest.param(600, id="many", marks=pytest.mark.long)])
 def test_it_is_within_the_bound_of_the_reference_and_no_vertex_is_declined(kind, precision, count, monkeypatch):

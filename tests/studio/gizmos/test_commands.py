@@ -10,10 +10,10 @@ from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, example
 
 from pvphong import Material, OrenNayar
+from pvphong.base.color import luminance
 from pvphong.base.types import rgb
 from pvphong.optics.roles import Aim, Place
 from pvphong.studio.gizmos import commands
-from pvphong.studio.gizmos.handles import luminance
 
 FROM = [(0, -5, 2.5), (0, 0, 0.2), (0, 0, 1)]
 LIGHTS = tuple(example(kind, 0.7, name=kind, diffuse=(0.9, 0.6, 0.3)) for kind in ("directional", "point", "spot"))

@@ -10,8 +10,9 @@ import pytest
 from views import EACH, EVERYWHERE, KINDS, PROJECTIONS, SCALES, Globe, Glow, example, handles, role_of, scenery, view
 
 from pvphong import DirectionalLight, Light, PointLight, SpotLight
+from pvphong.base.color import luminance
 from pvphong.optics.roles import Aim, Angle, Falloff, Length, Place, Turn, Up, length, place
-from pvphong.studio.gizmos.handles import INTENSITY, LightInScene, luminance
+from pvphong.studio.gizmos.handles import INTENSITY, LightInScene
 from pvphong.studio.gizmos.interaction import typed_light
 from pvphong.studio.gizmos.view import Cursor, DragStart, Scenery, vector
 
@@ -51,6 +52,18 @@ def moved(start, by, **modifiers):
 
 
 # --- names and positions ---
+
+
+def test_the_width_of_a_sun_is_typed_and_read():
+    sun = DirectionalLight(direction=(0, 2, -2), angle=0.533, name="sun")
+    shown = LightInScene(sun, scenery())
+    assert "width" in shown.handles
+    assert "width" not in handles(sun)  # the icon would hide it
+    assert "width 0.533°" in shown.readout("target")
+    assert "width" not in LightInScene(DirectionalLight(), scenery()).readout("target")
+    assert typed_light(shown, "width", "2").angle == 2.0
+    with pytest.raises(ValueError, match=r"^angle must be a finite number >= 0 and <= 90"):
+        shown.handles["width"].typed({"width": 100.0})
 
 
 @pytest.mark.parametrize(

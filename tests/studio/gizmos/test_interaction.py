@@ -10,6 +10,7 @@ from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, Glow, example, role_of
 
 from pvphong import DirectionalLight, Material, PointLight, SpotLight
+from pvphong.optics.photometry import Photometry
 from pvphong.optics.roles import Aim, Place
 from pvphong.studio.lit_actors import LightingWarning
 
@@ -81,6 +82,8 @@ def test_a_drag_changes_light_and_colours_and_escape_and_undo_restore_both(new_m
     plotter = mouse.plotter
     plotter.camera.parallel_projection, plotter.camera.parallel_scale = projection == "parallel", 1.6
     uneven = {"image": np.linspace(0.0, 1.0, 24).reshape(2, 4, 3)} if kind == "environment" else {}
+    if kind == "photometric":
+        uneven = {"photometry": Photometry("C", "0 30 90", "0 90", ("9 4 0", "9 8 1"))}
     light = example(kind, 0.8, falloff=(1, 0, 4), name="it", **uneven).in_frame(frame, plotter.phong.scene.viewer)
     plotter.phong.add_light(light)
     (only,) = plotter.phong.add_gizmos()

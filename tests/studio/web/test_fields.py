@@ -10,8 +10,9 @@ import pytest
 
 from pvphong.base import check
 from pvphong.optics.light import Light, PunctualParameters
-from pvphong.optics.lights import LIGHT_TYPES, EnvironmentLight, PointLight
+from pvphong.optics.lights import LIGHT_TYPES, EnvironmentLight, PhotometricLight, PointLight
 from pvphong.optics.material import Material
+from pvphong.optics.photometry import Photometry
 from pvphong.optics.reflectances import PBR, REFLECTANCES
 from pvphong.optics.roles import angle, place
 from pvphong.scene.light_model import LightModel
@@ -62,6 +63,17 @@ def test_a_new_kind_of_light_has_its_form():
     assert form["position"]["labels"] == ("x", "y", "z")
     assert form["smokes"]["help"] == "True if it smokes."
     assert edited(Torch(), "position", "2,5", [1]).position == (0.0, 2.5, 0.0)
+
+
+def test_a_measured_lamp_shows_what_it_is_and_takes_a_number():
+    lamp = PhotometricLight(Photometry("C", "0 90", "0", ("10 0.1",)))
+    form = inputs(lamp)
+    assert form["photometry"]["map"] == "<photometry of type C, 2 x 1 angles, 10 cd>"
+    assert "value" not in form["photometry"]
+    assert edited(lamp, "photometry", "5").photometry == 5.0
+    with pytest.raises(ValueError, match=r"^photometry must be a number; got /etc/passwd"):
+        edited(lamp, "photometry", "/etc/passwd")  # paths would be those of the server
+    assert form["intensity"]["unit"] == "× measured"
 
 
 def test_units_are_those_of_the_formulas():

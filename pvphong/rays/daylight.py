@@ -1,0 +1,314 @@
+"""Daylight coefficients: the visible part of each patch of the sky, of the ground, and of the sun at many positions.
+
+They depend on geometry only. Any weather then gives irradiances by one product per vertex (P. Tregenza, I. Waters,
+"Daylight coefficients", 1983; the sun's own positions instead of patches: J. Mardaljevic, "Simulation of annual
+daylighting profiles", 2000). In order: bins of sun positions; `SkyTracer` casts the rays; `Coefficients` stores what
+they see; `received` is the product.
+
+The irradiance by a patch that is completely visible needs no rays: it follows from the normal. Rays only give the
+visible part of each patch, as the part of its own rays, weighted by their cosines. So an open surface has no error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pvphong.base import text, threads
+from pvphong.base.types import Float64Array, FloatArray, IntArray
+from pvphong.optics.area.patches import Patches
+from pvphong.rays.casting import Occluders
+from pvphong.rays.rays import Receiver
+from pvphong.shading import kernel
+
+# --- positions of the sun
+
+
+class SunBins(NamedTuple):
+    """Positions of the sun to which rays are cast, and the position that stands for each time."""
+
+    directions: Float64Array
+    """Unit vectors, shape (b, 3)."""
+    of_times: IntArray
+    """Index of the direction for each time, shape (t,); −1 if the sun is below the horizon."""
+
+
+def sun_bins(to_sun: Float64Array, above: NDArray[np.bool_], degrees: float) -> SunBins:
+    """Choose a few positions of the sun, so that each position is at most some degrees from a chosen one.
+
+    The next choice is the position with the most others around it that are still without one (greedy set cover).
+
+    Parameters
+    ----------
+    to_sun : ndarray
+        Unit vectors to the sun, shape (t, 3).
+    above : ndarray
+        True where the sun is above the horizon, shape (t,).
+    degrees : float
+        Largest angle between a position and the chosen one; 0 to choose all positions.
+    """
+    from scipy import sparse
+    from scipy.spatial import cKDTree
+
+    times, of_times = np.flatnonzero(above), np.full(len(to_sun), -1)
+    if not len(times):
+        return SunBins(np.zeros((0, 3)), of_times)
+    tree = cKDTree(to_sun[times])
+    pairs = tree.query_pairs(2.0 * math.sin(math.radians(0.5 * degrees)), output_type="ndarray")
+    one, other = np.concatenate([pairs, pairs[:, ::-1], np.arange(len(times))[:, None].repeat(2, axis=1)]).T
+    around = sparse.csr_array((np.ones(len(one), bool), (one, other)), shape=(len(times),) * 2)
+    counts, chosen = np.diff(around.indptr), list[int]()
+    while counts.max() > 0:
+        k = int(counts.argmax())
+        near = around.indices[around.indptr[k] : around.indptr[k + 1]]
+        new = near[of_times[times[near]] < 0]
+        of_times[times[new]] = len(chosen)
+        chosen.append(int(times[k]))
+        counts = counts - around[new].sum(axis=0)
+    return SunBins(to_sun[chosen], of_times)
+
+
+# --- rays
+
+# Neighbouring vertices see the same position together: their rays are parallel, which makes them four times as fast.
+_VERTICES_AT_ONCE, _VERTICES_OF_ARRAYS = 2**14, 2**10
+_GROUND_RAYS = 2
+# Visible parts are stored as integers.
+_WHOLE = 255
+
+
+class Coefficients(NamedTuple):
+    """Visible parts of the sky, the ground and the sun, for n vertices."""
+
+    sky: NDArray[np.uint8]
+    """Visible part of each patch of the sky, weighted by cosines, shape (n, k), in units of 1/255."""
+    ground: FloatArray
+    """Visible part of the ground, all directions below the horizon, weighted by cosines, shape (n,)."""
+    ground_error: FloatArray
+    """Standard error of `ground`, shape (n,)."""
+    sun: NDArray[np.uint8]
+    """Whether each vertex sees the sun at each of b positions, shape (b, m): bits, eight vertices each."""
+    samples: int
+    """Number of rays to each patch."""
+    rays: int
+    """Number of rays in all."""
+
+    @classmethod
+    def bytes_for(cls, vertices: int, patches: int, positions: int) -> int:
+        """Return the memory of the coefficients."""
+        return vertices * (patches + 8) + positions * -(-vertices // 8)
+
+
+@dataclass(frozen=True, eq=False)
+class SkyTracer:
+    """Casts rays from vertices to the sky, the ground and the sun.
+
+    All vertices use the same directions, so that a result does not depend on the order of vertices, or on pieces.
+
+    Parameters
+    ----------
+    receiver : Receiver
+        The vertices.
+    occluders : Occluders
+        Parts that can block rays.
+    axes : ndarray
+        Unit vectors to the east, to the north and up, as rows.
+    patches : Patches
+        Patches of the sky.
+    samples : int
+        Number of rays to each patch, at least 2.
+    to_sun : ndarray
+        Unit vectors to positions of the sun, shape (b, 3).
+    """
+
+    receiver: Receiver
+    occluders: Occluders
+    axes: Float64Array
+    patches: Patches
+    samples: int
+    to_sun: Float64Array
+
+    @property
+    def bytes_needed(self) -> int:
+        """Number of bytes of the coefficients."""
+        return Coefficients.bytes_for(len(self.receiver.points), len(self.patches), len(self.to_sun))
+
+    def some(self, rows: IntArray) -> SkyTracer:
+        """Return a tracer of some of the vertices."""
+        return replace(self, receiver=self.receiver.some(rows))
+
+    def cast(self) -> Coefficients:
+        """Cast all rays."""
+        self.receiver.origins, self.occluders.casters  # noqa: B018  threads will share them
+        count, rays = len(self.receiver.points), list[int]()
+        sky = np.empty((count, len(self.patches)), np.uint8)
+        ground, errors = np.empty(count, np.float32), np.empty(count, np.float32)
+        sun = np.zeros((len(self.to_sun), -(-count // 8)), np.uint8)
+        to_sky = self.patches.points(self.samples) @ self.axes
+        to_ground = self.patches.points(_GROUND_RAYS) * (1.0, 1.0, -1.0) @ self.axes
+
+        def work(first: int, last: int) -> None:
+            some = _Some.of(self, slice(first, last))
+            for k, directions in enumerate(to_sky):
+                sky[first:last, k] = np.rint(some.part_of(directions)[0] * _WHOLE)
+            ground[first:last], errors[first:last] = some.part_of_all(to_ground)
+            for k, direction in enumerate(self.to_sun):
+                sun[k, first // 8 : -(-last // 8)] = np.packbits(some.seen(direction) > 0.0)
+            rays.append(some.rays)
+
+        with text.about("rays to the sky and the sun"):
+            is_compiled = self.occluders.compiled is not None
+            threads.run(work, count, _VERTICES_AT_ONCE if is_compiled else _VERTICES_OF_ARRAYS)
+        return Coefficients(sky, ground, errors, sun, self.samples, sum(rays))
+
+
+@dataclass(eq=False)
+class _Some:
+    """A block of vertices that look into one direction after another."""
+
+    points: Float64Array
+    origins: Float64Array
+    normals: Float64Array
+    occluders: Occluders
+    above: float
+    """Height above the tangent planes from which rays start."""
+    rays: int = 0
+    """Number of rays cast so far."""
+
+    @classmethod
+    def of(cls, tracer: SkyTracer, rows: slice) -> Self:
+        """Return a block of a tracer's vertices."""
+        receiver, occluders = tracer.receiver, tracer.occluders
+        vertices = receiver.points[rows], receiver.origins[rows], receiver.unit_normals[rows]
+        return cls(*vertices, occluders, occluders.resolution(receiver.part))
+
+    def seen(self, direction: Float64Array) -> Float64Array:
+        """Return 1 for vertices that face a direction into which nothing blocks the view, else 0."""
+        threads.go_on()
+        result, compiled = np.zeros(len(self.points)), self.occluders.compiled
+        if compiled is not None:
+            numbers = np.array([*direction, 0.0, 0.0, self.above, 0.0])
+            vertices = self.points, self.origins, self.origins, self.normals
+            self.rays += kernel.point_seen(*vertices, numbers, compiled, result, result)
+            return result
+        rows = np.flatnonzero(self.normals @ direction > 0.0)
+        origins = self.origins[rows] + self.above * self.normals[rows]
+        directions = np.broadcast_to(direction, origins.shape)
+        result[rows] = ~self.occluders.blocked(origins, directions, np.full(len(rows), math.inf))
+        self.rays += len(rows) * bool(self.occluders.casters)
+        return result
+
+    def part_of(self, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Return the visible part of a patch by its rays, weighted by cosines, and their sum of cosines.
+
+        The part is 1 if the patch is behind the tangent plane.
+        """
+        cosines = directions @ self.normals.T
+        np.maximum(cosines, 0.0, out=cosines)
+        whole, visible = cosines.sum(axis=0), np.zeros(len(self.points))
+        if whole.any():
+            for direction, cosine in zip(directions, cosines, strict=True):
+                visible += np.multiply(cosine, self.seen(direction), out=cosine)
+        is_above = whole > 0.0
+        return np.divide(visible, whole, out=np.ones_like(whole), where=is_above), whole
+
+    def part_of_all(self, patches: Float64Array) -> tuple[Float64Array, Float64Array]:
+        """Return the visible part of patches of the same size together, and its standard error.
+
+        `patches` has the rays' directions of each patch, shape (k, samples, 3).
+        """
+        whole, visible, variance = np.zeros((3, len(self.points)))
+        for directions in patches:
+            part, cosines = self.part_of(directions)
+            whole += cosines
+            visible += part * cosines
+            variance += variance_of(part, len(directions)) * cosines**2
+        above = np.where(whole > 0.0, whole, 1.0)
+        return np.where(whole > 0.0, visible / above, 1.0), np.sqrt(variance) / above
+
+
+def variance_of(part: FloatArray, samples: int) -> FloatArray:
+    """Return the variance of a visible part that is a mean over some rays.
+
+    It is that of random rays in a patch. The rays are distributed more evenly, so it is an upper estimate.
+    """
+    return part * (1.0 - part) / (samples - 1.0)
+
+
+# --- any weather
+
+
+class Sources(NamedTuple):
+    """What the sun, the sky and the ground send, summed over times."""
+
+    sky: Float64Array
+    """Radiance of each patch times hours, Wh/m²/sr, shape (k,)."""
+    ground: float
+    """Radiance of the ground times hours, Wh/m²/sr."""
+    sun: Float64Array
+    """Sum of direct normal irradiance × hours × unit vectors to the sun, for each position, Wh/m², shape (b, 3)."""
+    hours: Float64Array
+    """Hours of each position of the sun, shape (b,)."""
+
+
+class Received(NamedTuple):
+    """Light that n vertices receive."""
+
+    direct: Float64Array
+    """From the sun, Wh/m², shape (n,)."""
+    diffuse: Float64Array
+    """From the sky, Wh/m², shape (n,)."""
+    ground: Float64Array
+    """From the open ground, Wh/m², shape (n,)."""
+    sun_hours: Float64Array
+    """Hours with sun, shape (n,)."""
+    error: Float64Array
+    """Standard error of the sum of `diffuse` and `ground`, Wh/m², shape (n,)."""
+
+
+_PRODUCTS_AT_ONCE = 2**11
+
+
+def received(
+    coefficients: Coefficients, normals: Float64Array, axes: Float64Array, patches: Patches, sources: Sources
+) -> Received:
+    """Multiply coefficients with what the sun, the sky and the ground send.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        Visible parts.
+    normals : ndarray
+        Unit normals, shape (n, 3); 0 where there is none.
+    axes : ndarray
+        Unit vectors to the east, to the north and up, as rows.
+    patches : Patches
+        Patches of the sky.
+    sources : Sources
+        What is sent, from the same patches and positions of the sun.
+    """
+    result = Received(*np.zeros((5, len(normals))))
+    of_sun = np.column_stack([sources.sun, sources.hours])
+
+    def work(first: int, last: int) -> None:
+        some, n = slice(first, last), normals[first:last]
+        bits = np.unpackbits(coefficients.sun[:, first // 8 : -(-last // 8)], axis=1, count=last - first)
+        from_sun = bits.T.astype(np.float64) @ of_sun
+        result.direct[some] = np.maximum((from_sun[:, :3] * n).sum(axis=1), 0.0)
+        result.sun_hours[some] = from_sun[:, 3]
+        from_patches = patches.seen_from(n @ axes.T)
+        from_patches *= sources.sky
+        visible = coefficients.sky[some] / _WHOLE
+        result.diffuse[some] = (from_patches * visible).sum(axis=1)
+        variance = (from_patches**2 * variance_of(visible, coefficients.samples)).sum(axis=1)
+        open_ground = (0.5 * math.pi * sources.ground) * (np.linalg.norm(n, axis=1) - n @ axes[2])
+        result.ground[some] = open_ground * coefficients.ground[some]
+        result.error[some] = np.sqrt(variance + (open_ground * coefficients.ground_error[some]) ** 2)
+
+    with text.about("daylight"):
+        threads.run(work, len(normals), _PRODUCTS_AT_ONCE)
+    return result
