@@ -8,19 +8,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pvphong.base.types import Float64Array, IntArray
+from pvphong.base.types import IntArray
 from pvphong.studies.fitting.linear import Normal, Problem, Solution, nonnegative, solve
 from pvphong.studies.fitting.search import Point
 from pvphong.studies.fitting.variation import Variation
 
 
 class Chosen(NamedTuple):
-    """The chosen lights, and the solution with these alone."""
+    """The chosen lights, and the problem with these alone."""
 
     lights: tuple[int, ...]
     """Indices among the lights that vary."""
+    problem: Problem
     solution: Solution
-    """Unknowns of other lights are 0."""
 
 
 def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: int, allowed: float) -> Chosen:
@@ -62,8 +62,11 @@ def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: in
 
 def _thinned(problem: Problem, found: Chosen, of_light: Sequence[IntArray], allowed: float) -> Chosen:
     """Drop lights without which the tolerance is still met, and lights that are dark."""
-    lit = tuple(k for k in found.lights if found.solution.x[of_light[k]].any())
-    found = found._replace(lights=lit or found.lights[:1])
+    ends = np.cumsum([len(of_light[k]) for k in found.lights])
+    unknowns = np.split(found.solution.x, ends[:-1])
+    lit = tuple(k for k, x in zip(found.lights, unknowns, strict=True) if x.any())
+    if lit and lit != found.lights:
+        return _thinned(problem, _solved(problem, lit, of_light), of_light, allowed)
     for k in found.lights if found.solution.squares <= allowed else ():
         fewer = tuple(other for other in found.lights if other != k)
         if fewer:
@@ -75,7 +78,5 @@ def _thinned(problem: Problem, found: Chosen, of_light: Sequence[IntArray], allo
 
 def _solved(problem: Problem, chosen: tuple[int, ...], of_light: Sequence[IntArray]) -> Chosen:
     used = np.concatenate([of_light[k] for k in chosen])
-    part = solve(replace(problem, columns=[problem.columns[k] for k in used]))
-    x: Float64Array = np.zeros(len(problem.columns))
-    x[used] = part.x
-    return Chosen(chosen, part._replace(x=x))
+    part = replace(problem, columns=[problem.columns[k] for k in used])
+    return Chosen(chosen, part, solve(part))

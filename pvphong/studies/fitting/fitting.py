@@ -94,8 +94,8 @@ def fit(
         switched off. Lights are chosen one by one, and exchanged as long as this helps. Only intensities and colours
         can then vary.
     tolerance : float, default 0
-        A root mean square of the differences that is good enough: the search ends there, and `max_lights` adds no more
-        lights.
+        A root mean square of the differences that is good enough: no more starts are tried then, and `max_lights` adds
+        no more lights.
     tries : int, default 12
         Number of starts of the search. More find better solutions if many lights move.
     seed : int, default 0
@@ -271,15 +271,22 @@ def _fitted(
     found, point, interrupted = search.find(columns, varied, wanted, around, tries=tries, seed=seed, goal=goal)
     _refuse_dark(varied, point, wanted)
     problem = Problem.of(found.base, varied, point.shares, wanted)
-    solution, lit = point.solution, tuple(range(len(varied)))
+    off = list[Variation]()
+    given, shares = found, point.shares
     if most is not None:
-        lit, solution = choosing.choose(point, problem, varied, most, goal)
+        chosen, problem, solution = choosing.choose(point, problem, varied, most, goal)
+        off = [one for number, one in enumerate(varied) if number not in chosen]
+        found = replace(found, varied=[varied[number] for number in chosen])
+        kept = [point.lights[number] for number in chosen], [point.shares[number] for number in chosen]
+        point = search.Point(tuple(kept[0]), tuple(kept[1]), solution)
     lights, first = list(scene.lights), 0
-    for number, (one, shaped) in enumerate(zip(varied, point.lights, strict=True)):
-        x = solution.x[first : first + len(one.unknowns)]
-        first += len(one.unknowns)
-        lights[one.index] = one.solved(shaped, x) if number in lit else replace(one.light, on=False)
-    analysis = Analysis(found, problem, point, solution, lit)
+    for one in off:
+        lights[one.index] = replace(one.light, on=False)
+    for one, shaped in zip(found.varied, point.lights, strict=True):
+        last = first + len(one.unknowns)
+        lights[one.index] = one.solved(shaped, point.solution.x[first:last])
+        first = last
+    analysis = Analysis(found, problem, point, given, shares, off)
     rows = dict(zip([part.path for part in parts], _split([len(each) for each in vertices]), strict=True))
     return Fit.of(
         replace(scene, lights=lights), analysis, light, rows, interrupted, time.perf_counter() - begun, tolerance

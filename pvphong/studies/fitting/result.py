@@ -13,6 +13,7 @@ import numpy as np
 from pvphong.base.text import WIDTH, html_table, rendered, wrapped
 from pvphong.base.types import BoolArray, Float64Array
 from pvphong.scene.scene import Scene
+from pvphong.studies.fitting.columns import Share
 from pvphong.studies.fitting.linear import Normal, Problem, Solution, normal_equations
 from pvphong.studies.fitting.search import Point, Search, joined
 from pvphong.studies.fitting.target import Wanted
@@ -59,9 +60,17 @@ class Analysis:
     search: Search
     problem: Problem
     point: Point
-    solution: Solution
-    lit: tuple[int, ...]
-    """Indices of the lights that are on, among those that vary."""
+    given: Search
+    """The search with all lights that vary, including those that were not chosen."""
+    shares: tuple[Share, ...]
+    """Shares of all these lights."""
+    off: Sequence[Variation]
+    """Lights that were not chosen."""
+
+    @property
+    def solution(self) -> Solution:
+        """The intensities and colours."""
+        return self.point.solution
 
     @property
     def varied(self) -> Sequence[Variation]:
@@ -87,12 +96,13 @@ class Analysis:
     @cached_property
     def before(self) -> FitError:
         """Errors of the scene as given."""
+        search = self.given
         shares = [
-            self.search.columns.share(one, one.light) if one.count else share
-            for one, share in zip(self.varied, self.point.shares, strict=True)
+            search.columns.share(one, one.light) if one.count else share
+            for one, share in zip(search.varied, self.shares, strict=True)
         ]
-        problem = Problem.of(self.search.base, self.varied, shares, self.wanted)
-        colors = problem.colors(np.concatenate([one.values for one in self.varied]))
+        problem = Problem.of(search.base, search.varied, shares, self.wanted)
+        colors = problem.colors(np.concatenate([one.values for one in search.varied]))
         return self.error(problem.residual(colors, problem.clamped(colors, convex=False)))
 
     @cached_property
@@ -126,7 +136,7 @@ class Analysis:
         The squared error is convex, so that its tangent at the solution is a bound.
         """
         solution = self.solution
-        if not solution.is_convex or len(self.lit) < len(self.varied):
+        if not solution.is_convex or self.off:
             return 0.0
         most, down = _MULTIPLE * max(float(solution.x.max(initial=0.0)), 1.0), solution.normal.right
         bound = solution.squares - 2.0 * float(np.maximum(down * (most - solution.x), -down * solution.x).sum())
@@ -135,7 +145,7 @@ class Analysis:
     @cached_property
     def _whole(self) -> tuple[Normal, Float64Array, list[tuple[int, str, slice]]]:
         """Normal equations of all unknowns, the same with squared weights, and the place of each light's fields."""
-        derivatives = self.search.derivatives(self.point._replace(solution=self.solution))
+        derivatives = self.search.derivatives(self.point)
         normal = joined(self.solution, derivatives)
         roots, rows = self.wanted.roots, []
         for channel, ((numbers, own), (others, more)) in enumerate(zip(self.solution.rows, derivatives, strict=True)):
@@ -353,14 +363,15 @@ class Fit:
                 if field in one.linear or field in one.charts:
                     sure = self.deviations[one.label].get(field, math.nan)
                     rows.append((one.label, field, _shown(before), _shown(after), _shown(sure)))
-                elif field == "on" and before != after:
-                    rows.append((one.label, "on", "True", "False", ""))
+        rows += [(one.label, "on", "True", "False", "") for one in analysis.off]
         return rows
 
     def __repr__(self) -> str:
-        lights = len(self._analysis.varied)
+        analysis = self._analysis
+        lights, off = len(analysis.varied), f" of {len(analysis.given.varied)}" * bool(analysis.off)
         rms, before = self.error.rms, self.before.rms
-        return f"<Fit of {lights} light{'s' * (lights != 1)}: error {rms:.3g} (before: {before:.3g}), {self._optimum}>"
+        of = f"{lights}{off} light{'s' * (lights != 1 or bool(off))}"
+        return f"<Fit of {of}: error {rms:.3g} (before: {before:.3g}), {self._optimum}>"
 
     @property
     def _optimum(self) -> str:

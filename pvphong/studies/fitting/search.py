@@ -315,12 +315,12 @@ def find(
     random = np.random.default_rng(seed)
     rows = random.permutation(np.flatnonzero(wanted.counts))
     few, some = (Search.of(columns.at(part), varied, wanted.at(part)) for part in (rows[:_OF_BANK], rows[:_OF_SEARCH]))
-    perfect = max(PERFECT * float(np.square(wanted.roots * wanted.values).sum()), goal)
+    exact = PERFECT * float(np.square(wanted.roots * wanted.values).sum())
     try:
-        for point in _sampled(few, some, around, tries, random, perfect):
+        for point in _sampled(few, some, around, tries, random, max(exact, goal)):
             lights = point.lights
         with text.stage("all vertices", 0.9, 1.0):
-            return whole, whole.descend(whole.at(lights), _LONG, perfect), False
+            return whole, whole.descend(whole.at(lights), _LONG, exact), False
     except KeyboardInterrupt:
         return whole, whole.at(lights), True
 
