@@ -10,6 +10,7 @@ positions, cones and sizes are searched outside of it, by variable projection (G
 - `search`: starts, and the nonlinear search from each.
 - `choosing`: the fewest lights of a list.
 - `result`: the `Fit`, its errors, standard deviations and report.
+- `figure`: target, result and difference side by side.
 - `image`: `ph.colors_from_image`, which reads colours at vertices from a picture.
 - `fitting`: `mesh.phong.fit` and `blocks.phong.fit`, which use all of these.
 """

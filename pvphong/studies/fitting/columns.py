@@ -7,8 +7,8 @@ One evaluation of the lighting equation, with a single light, gives a column; th
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,6 +131,8 @@ class Columns:
         Transport of light between all surfaces, if light bounces.
     backend : {"auto", "numpy", "numba"}
         Evaluator.
+    expected : int
+        Expected number of evaluations, for "auto".
     """
 
     subjects: Sequence[Subject]
@@ -138,6 +140,8 @@ class Columns:
     matrix: MatrixLike | None = None
     transport: Transport | None = None
     backend: Backend = "auto"
+    expected: int = 1
+    _known: dict[tuple[int, str], list[Equation]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return sum(map(len, self.subjects))
@@ -150,17 +154,15 @@ class Columns:
             for each, end in zip(self.subjects, ends.tolist(), strict=True)
         ]
         model = replace(self.scene.light_model, bounces=0)
-        return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend)
+        return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend, self.expected)
 
     def base(self, varied: Sequence[Variation]) -> Float64Array:
         """Return the colours (n, 3) without the lights that vary."""
         gone = {each.index for each in varied}
-
-        def without(equation: Equation) -> Equation:
-            terms = tuple(term for term in equation.terms if term.index not in gone)
-            return replace(equation, terms=terms, clamp=False)
-
-        return self._run(self.scene, without, self.seen(self.scene))
+        whole = [each.vertices.equation(self.scene, each.material, self.matrix) for each in self.subjects]
+        kept = [tuple(term for term in equation.terms if term.index not in gone) for equation in whole]
+        equations = [replace(each, terms=terms, clamp=False) for each, terms in zip(whole, kept, strict=True)]
+        return self._run(equations, self.seen(self.scene))
 
     def share(self, one: Variation, light: Light, seen: Seen | None = None) -> Share:
         """Return the colours from a light that varies.
@@ -177,22 +179,34 @@ class Columns:
         if seen is None:
             seen = self.seen(self._with(one.index, light), one.index)
         rest = one.rest(light)
-        columns = [self._alone(one.index, unit.light, seen) for unit in one.units(light)]
-        return Share(columns, None if rest is None else self._alone(one.index, rest, seen), seen)
+        columns = [self._alone(one.index, unit.light, unit.field, seen) for unit in one.units(light)]
+        return Share(columns, None if rest is None else self._alone(one.index, rest, "", seen), seen)
 
     def _with(self, index: int, light: Light) -> Scene:
         lights = list(self.scene.lights)
         lights[index] = light
         return replace(self.scene, lights=lights)
 
-    def _alone(self, index: int, light: Light, seen: Seen) -> Float64Array:
-        def alone(equation: Equation) -> Equation:
-            terms = tuple(term for term in equation.terms if term.index == index)
-            occluded = equation.is_occluded and any(any(term.ambient) for term in terms)
-            dark: dict[str, Any] = {"ambient": BLACK, "emission": BLACK, "clamp": False, "is_occluded": occluded}
-            return replace(equation, terms=terms, **dark)
-
-        return self._run(self._with(index, light), alone, seen)
+    def _alone(self, index: int, light: Light, of: str, seen: Seen) -> Float64Array:
+        """Return the colours from one light; `of` names its colours among those of its variation."""
+        equations = self._known.get((index, of))
+        if equations is None or self.scene.light_model.convention == "vtk":
+            # in VTK's convention, the shader depends on all lights
+            scene = self._with(index, light)
+            equations = [each.vertices.equation(scene, each.material, self.matrix) for each in self.subjects]
+            for number, equation in enumerate(equations):
+                terms = tuple(term for term in equation.terms if term.index == index)
+                occluded = equation.is_occluded and any(any(term.ambient) for term in terms)
+                dark: dict[str, Any] = {"ambient": BLACK, "emission": BLACK, "clamp": False, "is_occluded": occluded}
+                equations[number] = replace(equation, terms=terms, **dark)
+            self._known[index, of] = equations
+        else:  # the same colours from another place
+            moved = light.in_world(self.scene.viewer)
+            equations = [
+                replace(equation, terms=tuple(replace(term, light=moved) for term in equation.terms))
+                for equation in equations
+            ]
+        return self._run(equations, seen)
 
     def seen(self, scene: Scene, index: int | None = None) -> Seen:
         """Cast rays to one light of a scene, or to all of its lights, and to the sky if it counts."""
@@ -214,19 +228,17 @@ class Columns:
             found.append(given)
         return found
 
-    def _run(self, scene: Scene, change: Callable[[Equation], Equation], seen: Seen) -> Float64Array:
-        """Evaluate the scene's equation for each surface, after a change."""
+    def _run(self, equations: Sequence[Equation], seen: Seen) -> Float64Array:
+        """Evaluate an equation for each surface."""
         how: dict[str, Any] = {"precision": "float64", "backend": self.backend}
         plans = []
-        for subject, visible in zip(self.subjects, seen, strict=True):
-            vertices = subject.vertices
-            vertices.visibility = visible
-            equation = change(vertices.equation(scene, subject.material, self.matrix))
-            plans.append(Plan.of_equation(relative_to_mesh(equation), vertices))
-        among, bounced = len(self) * len(self.scene.world_lights), None  # a column for each light
+        for subject, equation, visible in zip(self.subjects, equations, seen, strict=True):
+            subject.vertices.visibility = visible
+            plans.append(Plan.of_equation(relative_to_mesh(equation), subject.vertices))
+        among, bounced = len(self) * self.expected, None
         if self.transport is not None:
             sent = [plan.sent(each.vertices, **how) for plan, each in zip(plans, self.subjects, strict=True)]
-            count = scene.light_model.bounces
+            count = self.scene.light_model.bounces
             bounced = interreflection.bounced(Radiosity.of_all(sent), self.transport.gather, count, apart=False)
         found, first = [], 0
         for plan, subject in zip(plans, self.subjects, strict=True):

@@ -37,6 +37,9 @@ from pvphong.studies.fitting.result import Analysis, Fit
 from pvphong.studies.fitting.target import Wanted, checked_target, checked_weights, wanted_of
 from pvphong.studies.fitting.variation import Variation, variations
 
+# Number of evaluations of a search, about.
+_EVALUATIONS = 1000
+
 TRIES = 12
 """Default number of starts."""
 
@@ -261,7 +264,10 @@ def _fitted(
         remedy = "Leave it out; the rays are then cast as the lights move."
         check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
     wanted = _wanted(parts, vertices, target, options.get("weights"), setting.matrix, clamps=scene.light_model.clamp)
-    columns = _columns(parts, vertices, scene, setting)
+    if wanted.is_luminance and any(one.colors for one in varied):
+        remedy = "Vary intensities alone, or ask for colours."
+        check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
+    columns = _columns(parts, vertices, scene, setting, _EVALUATIONS if moves else len(varied))
     count = sum(len(one.unknowns) + one.count for one in varied)
     asked = int((wanted.roots > 0.0).sum())
     if asked < count:
@@ -280,11 +286,12 @@ def _fitted(
         kept = [point.lights[number] for number in chosen], [point.shares[number] for number in chosen]
         point = search.Point(tuple(kept[0]), tuple(kept[1]), solution)
     lights, first = list(scene.lights), 0
+    is_known = (point.solution.x > 0.0) | (np.diag(point.solution.normal.matrix) > 0.0)
     for one in off:
         lights[one.index] = replace(one.light, on=False)
     for one, shaped in zip(found.varied, point.lights, strict=True):
         last = first + len(one.unknowns)
-        lights[one.index] = one.solved(shaped, point.solution.x[first:last])
+        lights[one.index] = one.solved(shaped, point.solution.x[first:last], is_known[first:last])
         first = last
     analysis = Analysis(found, problem, point, given, shares, off)
     rows = dict(zip([part.path for part in parts], _split([len(each) for each in vertices]), strict=True))
@@ -350,7 +357,9 @@ def _wanted(
     return wanted_of(np.concatenate(values), np.concatenate(areas), clamps)
 
 
-def _columns(parts: Sequence[_Part], vertices: Sequence[Vertices], scene: Scene, setting: Setting) -> Columns:
+def _columns(
+    parts: Sequence[_Part], vertices: Sequence[Vertices], scene: Scene, setting: Setting, expected: int
+) -> Columns:
     model, matrix = scene.light_model, setting.matrix
     transport = None
     if model.bounces:
@@ -377,7 +386,7 @@ def _columns(parts: Sequence[_Part], vertices: Sequence[Vertices], scene: Scene,
         given = part.given(setting.visibility)
         seen = None if given is None else checked_visibility("visibility", given, each.points, matrix, scene)
         subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None))
-    return Columns(subjects, scene, matrix, transport, setting.backend)
+    return Columns(subjects, scene, matrix, transport, setting.backend, expected)
 
 
 def _normals_of(vertices: Vertices) -> FloatArray:

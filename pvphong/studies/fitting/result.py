@@ -322,9 +322,7 @@ class Fit:
 
         Shape (n_points, 3) for a target of colours, (n_points,) for luminances. For blocks, a dictionary by path.
         """
-        found = self._analysis.differences(self._analysis.solution.colors)
-        found = found[:, 0] if self._analysis.wanted.is_luminance else found
-        return found if "" in self._rows else {path: found[rows] for path, rows in self._rows.items()}
+        return self._by_path(self._analysis.differences(self._analysis.solution.colors))
 
     @property
     def before(self) -> FitError:
@@ -365,6 +363,53 @@ class Fit:
                     rows.append((one.label, field, _shown(before), _shown(after), _shown(sure)))
         rows += [(one.label, "on", "True", "False", "") for one in analysis.off]
         return rows
+
+    def plot(
+        self,
+        *,
+        off_screen: bool | None = None,
+        screenshot: Any = None,
+        window_size: tuple[int, int] = (1280, 460),
+        background: str = "white",
+    ) -> Any:
+        """Show the target, the result and their difference side by side, as the scene's viewer sees them.
+
+        Parameters
+        ----------
+        off_screen : bool, optional
+            True to draw without a window. By default, PyVista's setting.
+        screenshot : str or path, optional
+            File for a picture.
+        window_size : tuple of int, default (1280, 460)
+            Width and height in pixels.
+        background : str, default "white"
+            A colour name or hex string.
+
+        Returns
+        -------
+        Any
+            What ``pyvista.Plotter.show`` returns.
+
+        Examples
+        --------
+        >>> import pyvista as pv, pvphong as ph
+        >>> fit = pv.Sphere().phong.fit(ph.DirectionalLight(), ph.Material(), 0.4, "intensity")
+        >>> fit.plot(off_screen=True)
+        """
+        from pvphong.studies.fitting.figure import show
+
+        return show(self, off_screen, screenshot, window_size, background)
+
+    @property
+    def asked(self) -> Any:
+        """The target at the points of `lit`, as `differences`; NaN where nothing is asked for."""
+        wanted = self._analysis.wanted
+        return self._by_path(np.where(wanted.roots > 0.0, wanted.values, np.nan))
+
+    def _by_path(self, rows: Float64Array) -> Any:
+        """Return rows of all points; for blocks, a dictionary by path."""
+        rows = rows[:, 0] if self._analysis.wanted.is_luminance else rows
+        return rows if "" in self._rows else {path: rows[part] for path, part in self._rows.items()}
 
     def __repr__(self) -> str:
         analysis = self._analysis

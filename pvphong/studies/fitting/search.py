@@ -37,14 +37,14 @@ _DIRECTIONS = 128
 # Number of rounds in which lights take turns.
 _ROUNDS = 4
 # Numbers of steps of a short and of a long descent, and of starts that get a long one.
-_SHORT, _LONG, _KEPT = 12, 100, 3
+_SHORT, _LONG, _KEPT = 10, 40, 3
 # Greatest number of exchanges of each light; an exchange gets a long descent if its error is below this multiple of the
 # best one's.
 _EXCHANGES, _PROMISING = 4, 4.0
 # A fraction of the target's squares that is a perfect fit.
 PERFECT = 1e-22
-# A relative decrease of the squares by less ends a descent, if it happens twice in a row.
-_NOTHING = 1e-12
+# Relative decreases of the squares by less, twice in a row, end a descent: on a sample, and on all vertices.
+_LITTLE, _NOTHING = 1e-6, 1e-7
 # Bounds on the damping of Levenberg and Marquardt.
 _DAMPING, _LEAST, _MOST = 1e-3, 1e-14, 1e10
 
@@ -101,8 +101,11 @@ class Search:
                 found.append(Column(difference / (step * len(sides)), None))
         return Problem(self.base, found, self.wanted).rows(found, solution.clamped)
 
-    def descend(self, point: Point, most: int, perfect: float) -> Point:
-        """Descend from a point by at most `most` steps, or until the squared error is at most `perfect`."""
+    def descend(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
+        """Descend from a point by at most `most` steps, or until the squared error is at most `perfect`.
+
+        Two relative decreases in a row by at most `little` end the descent.
+        """
         if not any(one.count for one in self.varied):
             return point
         damping, stalls = _DAMPING, 0
@@ -122,7 +125,7 @@ class Search:
             if then is None:
                 break
             point = then
-            stalls = stalls + 1 if before - point.solution.squares <= _NOTHING * before else 0
+            stalls = stalls + 1 if before - point.solution.squares <= little * before else 0
             if stalls == 2:
                 break
         return point
@@ -320,7 +323,7 @@ def find(
         for point in _sampled(few, some, around, tries, random, max(exact, goal)):
             lights = point.lights
         with text.stage("all vertices", 0.9, 1.0):
-            return whole, whole.descend(whole.at(lights), _LONG, exact), False
+            return whole, whole.descend(whole.at(lights), _LONG, exact, _NOTHING), False
     except KeyboardInterrupt:
         return whole, whole.at(lights), True
 

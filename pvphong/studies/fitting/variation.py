@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, rgb
+from pvphong.base.types import BoolArray, Float64Array, rgb
 from pvphong.base.vectors import unit_vector
 from pvphong.geometry.extent import Sphere
 from pvphong.optics.light import Light
@@ -107,22 +107,26 @@ class Variation:
         given = [self.light.specular_color if c == "specular" else rgb(getattr(self.light, c)) for c in self.colors]
         return self.light.intensity * np.ravel(given)
 
-    def solved(self, light: Light, values: Float64Array) -> Light:
+    def solved(self, light: Light, values: Float64Array, is_known: BoolArray) -> Light:
         """Return a light with the values of its linear unknowns.
 
         If the intensity and colours vary, only their products are known: the brightest of the colours keeps its largest
-        channel.
+        channel. Channels that `is_known` excludes, because the surface does not reflect them, keep their proportion to
+        the others.
         """
         if not self.linear:
             return light
         if not self.colors:
             return replace(light, intensity=float(values[0]))
+        given, total = self.values, float(self.values[is_known].sum())
+        scale = float(values[is_known].sum()) / total if total else 1.0
+        values = np.where(is_known, values, scale * given)
         intensity = light.intensity
         if "intensity" in self.linear:
             if not values.any():
                 return replace(light, intensity=0.0)
-            given = self.values.max() / self.light.intensity if self.light.intensity else 0.0
-            intensity = float(values.max()) / (given or 1.0)
+            largest = given.max() / self.light.intensity if self.light.intensity else 0.0
+            intensity = float(values.max()) / (largest or 1.0)
         shares = map(tuple, (values / intensity).reshape(-1, 3).tolist())
         fields: dict[str, Any] = dict(zip(self.colors, shares, strict=True))
         return replace(light, intensity=intensity, **fields)
@@ -211,12 +215,11 @@ class Chart:
 
 def _turned(value: Any, coordinates: Float64Array) -> tuple[float, float, float]:
     """Return a unit vector turned by two angles in radians; the exponential map of the sphere."""
-    axis = np.array(unit_vector(value))
     angle = math.hypot(*coordinates)
     if angle == 0.0:
         return value
-    toward = coordinates @ across(axis) / angle
-    x, y, z = (math.cos(angle) * axis + math.sin(angle) * toward).tolist()
+    axis = np.array(unit_vector(value))
+    x, y, z = (math.cos(angle) * axis + math.sin(angle) / angle * (coordinates @ across(axis))).tolist()
     return x, y, z
 
 

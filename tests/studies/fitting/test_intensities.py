@@ -250,7 +250,7 @@ def test_points_of_volumes_and_split_edges_have_the_targets_of_their_own():
 
 
 def test_equal_calls_give_equal_bits():
-    target = np.random.default_rng(1).uniform(0.1, 0.5, BALL.n_points)
+    target = np.random.default_rng(1).uniform(0.1, 0.5, (BALL.n_points, 3))
     one, two = (BALL.phong.fit(scene_of(SUN, BULB), MATTE, target, "intensity diffuse") for _ in range(2))
     assert one.scene == two.scene
     assert one.error == two.error
@@ -298,12 +298,16 @@ BAD = [
     ({"weights": np.full(BALL.n_points, np.nan)}, r"weights must be an array with a number >= 0 for each point"),
     ({"weights": np.ones(3)}, r"weights must be an array with a number >= 0 .*; got an array of shape \(3,\)"),
     (
-        {"target": "few", "vary": {"sun": "diffuse"}},
+        {"target": "few", "vary": {"bulb": "position"}},
         r"target must be one with at least 3 numbers, as many as vary; got one w",
     ),
     (
         {"target": "few", "weights": np.ones(BALL.n_points)},
         r"target must be finite where weights are above 0; got NaN at",
+    ),
+    (
+        {"vary": {"sun": "diffuse"}},
+        r"target must be colours if colours of lights vary; got luminances, which determine no",
     ),
     ({"max_lights": 0}, r"max_lights must be a finite number >= 1"),
     ({"tries": 1.5}, r"tries must be a whole number >= 1"),
