@@ -186,7 +186,7 @@ _DISTANCES = 1.15, 1.6, 2.5, 5.0
 # long that the edge crosses many.
 _STEP, _JUMP = 1e-6, 0.02
 # Largest distance of a light, and largest and least size, in radii of the mesh.
-_FARTHEST, _SIZES = 100.0, (1e-4, 100.0)
+_FARTHEST, _SIZES = 30.0, (1e-4, 100.0)
 
 
 @dataclass(frozen=True)
