@@ -15,7 +15,7 @@ from pvphong.base import check
 from pvphong.base.types import Backend, Float64Array, FloatArray, MatrixLike
 from pvphong.geometry.extent import Sphere, box_of, sphere_around
 from pvphong.geometry.transform import normal_matrix
-from pvphong.meshes.blocks import datasets
+from pvphong.meshes.blocks import datasets, of_each
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.lit import Setting, vertices_of
 from pvphong.meshes.point_data import surface_and_maps
@@ -117,9 +117,7 @@ def fit(
     ------
     ValueError
         If an argument is invalid, no light varies, a light lacks a field or reaches no point of the target, nothing is
-        asked for, or fewer numbers are asked for than vary.
-    ImportError
-        If SciPy is missing.
+        asked for, or fewer numbers are asked for than vary; or if SciPy is missing.
 
     References
     ----------
@@ -181,11 +179,14 @@ def fit_blocks(
     own = ("matrix", "feature_angle", "occluders", "visibility", "transport", "backend")
     given = {name: options.pop(name) for name in own if name in options}
     setting = Setting(**given)
-    parts = [
-        _Part.of(path, block, material, setting)
-        for (path, block), material in zip(datasets(blocks), materials, strict=True)
-    ]
-    paths = [part.path for part in parts]
+    paths = [path for path, _ in datasets(blocks)]
+    of_block = iter(zip(paths, materials, strict=True))
+
+    def part_of(block: pv.DataSet) -> _Part:
+        path, material = next(of_block)
+        return _Part.of(path, block, material, setting)
+
+    parts = of_each(blocks, part_of)
     for name, mapping in (("target", target), ("weights", options.get("weights"))):
         if isinstance(mapping, Mapping):
             for path in mapping:

@@ -36,9 +36,9 @@ _RANK = 1e-14
 
 
 def refuse_without_scipy() -> None:
-    """Raise ``ImportError`` if SciPy is missing."""
+    """Raise ``ValueError`` if SciPy is missing."""
     if importlib.util.find_spec("scipy") is None:
-        raise ImportError("Fitting lights needs SciPy. Run pip install scipy, or install the extra fit.")
+        raise ValueError("fit needs SciPy, which is not installed. Run pip install scipy, or install the extra fit.")
 
 
 class Column(NamedTuple):

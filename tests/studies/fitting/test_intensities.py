@@ -333,6 +333,35 @@ def test_bad_input_is_refused_in_one_line(change, message):
     assert mesh == before
 
 
+def test_without_scipy_one_line_names_the_extra(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
+    with pytest.raises(ValueError, match=r"^fit needs SciPy, .* pip install scipy, or install the extra fit\.$"):
+        BALL.phong.fit(scene_of(SUN), MATTE, 0.5, "intensity")
+
+
+def test_points_that_are_not_finite_harm_no_other():
+    target = planted(FOUND, ph.LightModel(), GLOSSY)
+    torn = BALL.copy()
+    torn.points[40] = np.nan
+    torn.point_data.active_normals[50] = 0.0
+    target[50] = np.nan
+    start = [replace(light, intensity=1.0) for light in FOUND]
+    fit = torn.phong.fit(scene_of(*start, model=ph.LightModel()), GLOSSY, target, "intensity")
+    np.testing.assert_allclose(intensities(fit), [0.4, 0.3, 0.7], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-6, 0.0), (1e6, 0.0), (100.0, 5e6)])
+def test_sizes_and_places_of_meshes_do_not_matter(scale, offset):
+    mesh = BALL.copy()
+    mesh.points = BALL.points.astype(float) * scale + offset
+    lamp = ph.PointLight(position=np.array([2.0, -1.0, 0.5]) * scale + offset, intensity=0.3)
+    target = mesh.phong.shade(lamp, GLOSSY, precision="float64")["phong"]
+    begin = replace(lamp, position=np.array([0.0, 0.0, 2.0]) * scale + offset, intensity=1.0)
+    fit = mesh.phong.fit(begin, GLOSSY, target, "intensity position", tries=3)
+    assert fit.scene.lights[0].intensity == pytest.approx(0.3, rel=1e-6)
+    np.testing.assert_allclose((np.array(fit.scene.lights[0].position) - offset) / scale, [2.0, -1.0, 0.5], atol=1e-6)
+
+
 def test_other_lights_that_cannot_vary_are_refused():
     off, head = replace(SUN, on=False), ph.PointLight(frame="headlight", name="head")
     with pytest.raises(ValueError, match=r"vary\['sun'\] must be a light that is on"):
