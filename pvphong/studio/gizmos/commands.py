@@ -42,6 +42,14 @@ def toggle_hidden(gizmos: Gizmos) -> None:
     gizmos.notice = "gizmos hidden: g shows them" if gizmos.is_hidden else ""
 
 
+def toggle_asking(gizmos: Gizmos) -> None:
+    """Let drags on meshes ask for light, or turn the view again."""
+    gizmos.asks, gizmos.spot = not gizmos.asks, None
+    follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
+    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
+    gizmos.notice = asking if gizmos.asks else "drags turn the view"
+
+
 def select_next(gizmos: Gizmos) -> None:
     """Select the next light; after the last light, select none. Lights without handles are included, since keys act on
     them too.
@@ -288,6 +296,7 @@ COMMANDS = (
     Command("h", "these keys", toggle_help),
     Command("g", "hide or show the gizmos", toggle_hidden),
     Command("n", "select the next light", select_next),
+    Command("space", "ask: drag a spot of a mesh brighter or darker", toggle_asking),
     Command("z y", "undo, redo", undo_or_redo, steps=_BACK_ON),
     Command("m", "light off or on", mute, "light"),
     Command("o", "solo: this light only, or all", solo, "light"),
