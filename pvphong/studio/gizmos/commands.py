@@ -319,6 +319,8 @@ _MOUSE = {
     "Ctrl": "in steps",
     "Esc": "cancel the drag",
 }
+_NAMES = {" ": "space", ",": "comma", ".": "period"}
+"""Character that a browser sends → VTK's name of its key."""
 _SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"}
 
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
@@ -342,6 +344,7 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
     """
     if control and key not in ("z", "y"):
         return False
+    key = _NAMES.get(key, key)
     if key in _OF_KEYS:
         command, step = _OF_KEYS[key]
         act, edits = partial(command.act, **step), command.edits
