@@ -4,7 +4,7 @@ With the columns A, the unknowns x and the colours u = base + A x, the error is 
 weights and f clamps at 1 if the light model does. Without clamped colours this is the convex problem of Lawson and
 Hanson ("Solving Least Squares Problems", 1974, chapter 23), solved from its normal equations. A target of 1 or more
 asks for colours of *at least* 1, which is convex too. Other clamped colours are no longer convex: from the solution of
-the convex problem, Gauss-Newton steps descend.
+the convex problem, or a multiple of it that is better, Gauss-Newton steps descend.
 
 Sums over vertices run in one thread and in a fixed order, so their bits do not depend on the number of threads.
 """
@@ -33,6 +33,10 @@ _CORRECTED = 1e-12
 _ROUNDING = 1e-24
 # Eigenvalues of the scaled normal equations below this fraction of the largest are rounding.
 _RANK = 1e-14
+
+
+# Factors by which all lights may be brighter, and the number of points at which this is tried.
+_FACTORS, _SOME = (1.0, 1.5, 2.5, 5.0), 1000
 
 
 def refuse_without_scipy() -> None:
@@ -102,7 +106,7 @@ class Problem:
 
         If `convex`, only colours whose target is 1 or more are.
         """
-        if not self.wanted.clamps:
+        if not self.wanted.clamps or colors.max(initial=0.0) < 1.0:
             return None
         found = (colors >= 1.0) & (self.asks_for_full if convex else self.wanted.roots > 0.0)
         return found if found.any() else None
@@ -111,8 +115,7 @@ class Problem:
         """Return the weighted residual, shape (n, 1) or (n, 3), of colours u of which some are clamped."""
         wanted = self.wanted
         shown = colors if clamped is None else np.where(clamped, 1.0, colors)
-        values = np.minimum(wanted.values, 1.0) if wanted.clamps else wanted.values
-        return wanted.roots * (values - wanted.seen(shown))
+        return wanted.roots * (wanted.reachable - wanted.seen(shown))
 
     def rows(self, columns: Sequence[Column], clamped: Any) -> Rows:
         """Return the weighted columns as contiguous rows, for each channel that is compared.
@@ -157,7 +160,7 @@ class Solution(NamedTuple):
     normal: Normal
     """Normal equations for a change of the unknowns; the right side is 0 at the optimum where x > 0, else <= 0."""
     is_convex: bool
-    """True if this is the best of all intensities: no colour is clamped whose target is below 1."""
+    """True if no colour is clamped whose target is below 1: no other intensities for which this holds are better."""
 
     @property
     def violation(self) -> float:
@@ -208,14 +211,35 @@ def nonnegative(normal: Normal) -> Float64Array:
 
 
 def solve(problem: Problem) -> Solution:
-    """Solve the problem: the optimum of the convex problem, and a descent from it if other colours are clamped."""
+    """Solve the problem: the optimum of the convex problem, and a descent if other colours are clamped."""
     found = _descent(problem, np.zeros(len(problem.columns)), convex=True)
     if not problem.wanted.clamps:
         return found
-    over = (found.colors > 1.0) & (problem.wanted.roots > 0.0) & ~problem.asks_for_full
-    if not over.any():
-        return found
-    return _descent(problem, found.x, convex=False)._replace(is_convex=False)
+    brighter = _brighter(problem, found)
+    if brighter == 1.0:
+        over = problem.clamped(found.colors, convex=False)
+        if over is None or not (over & ~problem.asks_for_full).any():
+            return found
+    return _descent(problem, brighter * found.x, convex=False)._replace(is_convex=False)
+
+
+def _brighter(problem: Problem, found: Solution) -> float:
+    """Return the factor by which all lights may be brighter with a smaller error, because colours are clamped; or 1.
+
+    It is estimated at some of the points.
+    """
+    if found.colors.max(initial=0.0) * _FACTORS[-1] <= 1.0:
+        return 1.0
+    some = slice(None, None, max(len(problem.base) // _SOME, 1))
+    wanted = problem.wanted
+    part = Problem(problem.base[some], (), Wanted(wanted.values[some], wanted.roots[some], wanted.clamps))
+    varied = found.colors[some] - part.base
+
+    def squares(factor: float) -> float:
+        colors = part.base + factor * varied
+        return float(np.square(part.residual(colors, part.clamped(colors, convex=False))).sum())
+
+    return min(_FACTORS, key=squares)
 
 
 def _descent(problem: Problem, x: Float64Array, *, convex: bool) -> Solution:

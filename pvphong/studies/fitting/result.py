@@ -131,7 +131,7 @@ class Analysis:
 
     @property
     def least_error(self) -> float:
-        """Lower bound on the root mean square for all intensities up to 1000 times those found; 0 if there is none.
+        """Lower bound on the root mean square; 0 if there is none. See `Fit.least_error`.
 
         The squared error is convex, so that its tangent at the solution is a bound.
         """
@@ -266,8 +266,9 @@ class Fit:
         Largest violation of the optimality conditions of the intensities and colours, from 0 to 1; rounding is about
         1e-12.
     least_error : float
-        Certificate: no intensities, up to 1000 times those found, give a smaller `error.rms` with these directions and
-        positions. 0 if colours are clamped whose target is below 1, or if lights were chosen.
+        Certificate: no intensities up to 1000 times those found give a smaller `error.rms`, with these directions and
+        positions, and without clamping colours whose target is below 1. 0 if such colours are clamped, or if lights
+        were chosen.
     is_within : bool
         True if `error.rms` is at most the tolerance.
     interrupted : bool
@@ -425,6 +426,7 @@ class Fit:
     @property
     def sentences(self) -> list[str]:
         """Sentences of the report."""
+        analysis = self._analysis
         said = [
             f"Root mean square {self.error.rms:.3g}, largest difference {self.error.largest:.3g}; before: "
             f"{self.before.rms:.3g} and {self.before.largest:.3g}. {self.seconds:.2g} s."
@@ -433,10 +435,8 @@ class Fit:
             said.append("The search was interrupted: these are the best lights so far.")
         said.append(f"Optimality conditions of intensities and colours: violated by {self.violation:.1g}.")
         if self.least_error > _VISIBLE / 10.0:
-            said.append(
-                f"No intensities and colours of these lights come nearer than {self.least_error:.3g}, up to 1000 times "
-                "those found."
-            )
+            unless = " without clamping at 1 where less is asked for" if analysis.wanted.clamps else ""
+            said.append(f"No intensities of these lights come nearer than {self.least_error:.3g}{unless}.")
         said += [
             f"The target asks for {each.points} points ({each.share:.1%} of the weight) to be {each.what}: by up to "
             f"{each.largest:.2g}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,11 @@ class Wanted:
     def is_luminance(self) -> bool:
         """True if luminances are asked for, and not colours."""
         return self.values.shape[1] == 1
+
+    @cached_property
+    def reachable(self) -> Float64Array:
+        """The values; if the light model clamps, at most 1."""
+        return np.minimum(self.values, 1.0) if self.clamps else self.values
 
     @property
     def counts(self) -> BoolArray:

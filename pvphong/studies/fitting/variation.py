@@ -29,16 +29,12 @@ _BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 class Unit(NamedTuple):
-    """A light that gives the columns of some unknowns: its own colours at intensity 1, or one white colour."""
+    """A light whose share of the colours is the column of an unknown, or of the three channels of one."""
 
     light: Light
+    """The light at intensity 1: with its own colours, or with one white colour and the others black."""
     field: str
-    """The field whose unknowns it belongs to."""
-
-    @property
-    def by_channel(self) -> bool:
-        """True if red, green and blue are three unknowns."""
-        return self.field != "intensity"
+    """Field of the unknown."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +142,7 @@ class Variation:
         return [(_JUMP if jumps else _STEP, jumps)] * self.count
 
     def starts(self, around: Sphere, viewer: Any, count: int) -> Iterator[Light]:
-        """Yield lights from which a search may start: the given light, then others that cover the hemisphere.
+        """Yield lights from which a search may start: the given light, then others all around.
 
         Parameters
         ----------
@@ -296,7 +292,7 @@ def variations(scene: Scene, vary: Any, around: Sphere) -> list[Variation]:
     """
     labels, lights = light_labels(scene), list(scene.lights)
     if not lights:
-        check.refuse("scene", "a scene without lights", "a scene with a light to vary", "Scene([DirectionalLight()]).")
+        check.refuse("scene", "a scene without lights", "a scene with a light to vary")
     if isinstance(vary, str | list | tuple):
         vary = {label: vary for label, light in zip(labels, lights, strict=True) if light.on}
     allowed = 'a mapping of lights to fields, as in {"key": "intensity direction"}, or the fields of all lights'
