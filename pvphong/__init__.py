@@ -74,6 +74,9 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.studies.accuracy.report import Tradeoff as Tradeoff
     from pvphong.studies.diagnose.diagnosis import Diagnosis as Diagnosis
     from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
+    from pvphong.studies.fitting.image import colors_from_image as colors_from_image
+    from pvphong.studies.fitting.result import Fit as Fit
+    from pvphong.studies.fitting.target import target as target
     from pvphong.studies.validate.validation import Comparison as Comparison
     from pvphong.studies.validate.validation import validate as validate
     from pvphong.vtk.lights import as_light as as_light
@@ -124,6 +127,9 @@ _PLACES = {
     "studies.accuracy.measure": "tradeoff",
     "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
+    "studies.fitting.image": "colors_from_image",
+    "studies.fitting.result": "Fit",
+    "studies.fitting.target": "target",
     "studies.validate.validation": "Comparison validate",
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",

@@ -41,6 +41,8 @@ from pvphong.scene.sun import Place
 from pvphong.shading.plan.plan import Plan
 from pvphong.studies import refine as refinement
 from pvphong.studies.diagnose import diagnosis
+from pvphong.studies.fitting import fitting
+from pvphong.studies.fitting.result import Fit
 
 if TYPE_CHECKING:
     from pvphong.studies.accuracy.report import Tradeoff
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
 # Options of `shade` for its output arrays, and options that define a dataset's surface.
 _OF_RUN = "name", "components", "shares_by_bounce", "precision"
 _OF_SURFACES = "matrix", "feature_angle"
+_OF_LIGHTING = (*_OF_SURFACES, "occluders", "visibility", "transport", "backend")
 
 Options = ParamSpec("Options")
 Result = TypeVar("Result")
@@ -103,6 +106,7 @@ class MeshPhong(Handle):
     refine = _of_mesh(refinement.refine)
     interpolation_error = _of_mesh(refinement.interpolation_error)
     diagnose = _of_mesh(diagnosis.diagnose)
+    fit = _of_mesh(fitting.fit)
 
     @known_options
     def validate(
@@ -219,6 +223,7 @@ class BlocksPhong(Handle):
     >>> [each.passed for each in blocks.phong.validate(sun).values()]
     [True, True]
     >>> report = blocks.phong.tradeoff(sun, seconds=0.2)
+    >>> fit = blocks.phong.fit(sun, "gold", {"ball": 0.5}, {"0": "intensity"})
     """
 
     def __init__(self, blocks: pv.MultiBlock) -> None:
@@ -373,6 +378,18 @@ class BlocksPhong(Handle):
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
         """Return a diagnosis of each dataset."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
+
+    @_options_of(MeshPhong.fit)
+    def fit(self, scene: SceneLike | None, material: Materials, target: Any, vary: Any, **options: Any) -> Fit:
+        """Find the lights with which the blocks get the colours that they should have.
+
+        `target` and `weights` are mappings from paths of blocks to arrays, as `pvphong.target` makes for blocks. Blocks
+        without an entry do not count. A number is the luminance of all blocks.
+        """
+        scene = self._scene(scene, options)
+        how = {name: options[name] for name in _OF_LIGHTING if name in options}
+        light = functools.partial(self.shade, material=material, **how)
+        return fitting.fit_blocks(self._blocks, scene, self._materials(material), target, vary, options, light)
 
     def plot(self, *, name: str = "phong", exposure: float = 0.0, tone: Tone = "none", **options: Any) -> Any:
         """Show lit blocks in one picture; see `MeshPhong.plot`."""

@@ -122,6 +122,7 @@ WITHOUT = {
     "plot": dict.fromkeys(OPTIONS, SHOWN),
     "color_view": dict.fromkeys(OPTIONS, SHOWN),
     "save": dict.fromkeys(OPTIONS, SHOWN),
+    "fit": {"precision": "columns of least squares are in float64"},
 }
 """Method → option that it does not take → why."""
 
@@ -164,6 +165,7 @@ def test_what_is_wrong_is_refused_by_name(name):
     taken = inspect.signature(getattr(MESH, name)).parameters
     given = {"scene": Scene(SCENE.lights, ph.Viewer(position=(1, 2, 3))), "tolerance": 0.1}
     given |= {"times": "2026-06-21T10:00Z", "place": ph.Place(48.14, 11.58)}
+    given |= {"material": Material(), "target": 0.5, "vary": "intensity"}
     given = {option: value for option, value in given.items() if option in taken}
     for option, bad, message in (row for row in WRONG if row[0] in taken):
         for what in (BARE, pv.MultiBlock({"a": BARE})):

@@ -28,7 +28,7 @@ FLOORS = (
     {"rays"},
     {"meshes"},
     {"vtk", "batch"},
-    {"studies.validate", "studies.diagnose", "studies.refine"},
+    {"studies.validate", "studies.diagnose", "studies.refine", "studies.fitting"},
     {"studies.accuracy"},
     {"studio"},
     {"accessor", "plotter", "filter", "chunks", "pipeline", "report", "cli"},

@@ -45,6 +45,7 @@ BY_THEMSELVES = {
     "daylight": lambda: MESH.phong.daylight("2026-06-21T10:00Z", ph.Place(48.14, 11.58)),
     "truth": lambda: MESH.phong.truth(SCENE, max_bounces=0),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
+    "fit": lambda: MESH.phong.fit(SCENE, ph.Material(), 0.5, "intensity"),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
 """Objects that hold arrays, or refer to others: their representations are short."""
@@ -100,12 +101,12 @@ def test_parts_of_reports_and_of_plotters_are_lines(report):
     plotter.close()
 
 
-@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "visibility", "tradeoff", "batch"])
+@pytest.mark.parametrize("name", ["scene", "plan", "diagnosis", "comparison", "visibility", "tradeoff", "batch", "fit"])
 def test_a_notebook_shows_a_small_table_whose_text_is_escaped(name, report):
     made = {"scene": lambda: SCENE, "tradeoff": lambda: report} | BY_THEMSELVES
     html = made[name]()._repr_html_()
     tags = {element.tag for element in ElementTree.fromstring(html).iter()}
     assert {"table", "caption", "tr", "td"} <= tags <= {"table", "caption", "tr", "th", "td"}
     assert len(html) < 20_000
-    if name in ("scene", "plan", "visibility"):
+    if name in ("scene", "plan", "visibility", "fit"):
         assert "&lt;i&gt;lamp &amp; co&lt;/i&gt;" in html

@@ -4,7 +4,7 @@ Exit status:
 
 - 0: success.
 - 1: `diagnose` found a fault, `validate` found colours too far from VTK's, `shade` could not light one of many files,
-  or `compile` failed.
+  `fit` did not reach its tolerance, or `compile` failed.
 - 2: bad input, or a crash in a library, with one line on standard error.
 - 130 after Ctrl-C, 141 for a closed pipe, as in shells.
 
@@ -16,6 +16,7 @@ In reading order:
 - `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands. They call
   `mesh.phong` or `plotter.phong`.
 - `daylight`: command for sun and sky over time.
+- `fit`: command that finds lights from a target.
 - `compile`: command that compiles the fast evaluator.
 """
 

@@ -30,6 +30,10 @@ _COMMANDS = {
         "studio:studio",
         "Light a mesh in the browser: panels for lights, material and scene, gizmos in the view; Ctrl-C stops it.",
     ),
+    "fit": (
+        "fit:fit",
+        "Find the lights with which a mesh gets the colours that it should have, and write them to a rig file.",
+    ),
     "plan": (
         "reports:plan",
         "Print the effects that are computed for a scene on a mesh, and those skipped; with --verbose, the reasons.",

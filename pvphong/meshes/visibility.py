@@ -197,13 +197,24 @@ def visibility_of(
     if samples is not None:
         samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     tolerance = check.number("tolerance", tolerance, at_least=0.0) or _AS_FINE_AS_A_DISPLAY
-    model = scene.light_model
     known, receiver = occluders, receiver_of(source, normals, matrix, 0)
     if not isinstance(known, KnownOccluders):
         others = checked_occluders(occluders)
         own = [receiver.faces] if receiver.part is not None else []
         known = KnownOccluders(Occluders([*own, *others]), receiver.part)
+    tracer = tracer_of(receiver, scene, known, tolerance, samples)
+    return Visibility(tracer, scene.world_lights, light_labels(scene), two_sided=scene.light_model.two_sided)
+
+
+def tracer_of(
+    receiver: Receiver,
+    scene: Scene,
+    known: KnownOccluders,
+    tolerance: float = _AS_FINE_AS_A_DISPLAY,
+    samples: int | None = None,
+) -> Tracer:
+    """Return the tracer that casts rays from a surface's vertices to the lights and the sky of a scene."""
+    model = scene.light_model
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
-    receiver, distance = replace(receiver, part=known.own_index), model.occlusion_distance
-    tracer = Tracer(receiver, known.occluders, distance, tolerance, samples, ambient, known.first)
-    return Visibility(tracer, scene.world_lights, light_labels(scene), two_sided=model.two_sided)
+    own = replace(receiver, part=known.own_index)
+    return Tracer(own, known.occluders, model.occlusion_distance, tolerance, samples, ambient, known.first)

@@ -114,6 +114,24 @@ class LitActors:
         """The lit meshes that are visible."""
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
 
+    @property
+    def scene(self) -> Scene:
+        """The current scene."""
+        return self._scene()
+
+    def vertices(self) -> list[tuple[LitMesh, Vertices]]:
+        """Return the visible meshes with their vertices, which know the shadows of the current lights.
+
+        Raises
+        ------
+        ValueError
+            If a mesh cannot be lit.
+        """
+        scene, shown = self.scene, self.shown
+        if scene.light_model.needs_rays:
+            self._gather_occluders(shown)
+        return [(mesh, mesh.planned(scene, self.occluders_of(mesh, scene))[1]) for mesh in shown]
+
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
         """Return the other visible meshes that cast shadows on a mesh, as the argument `occluders` of `shade`.
 

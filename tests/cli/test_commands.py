@@ -21,7 +21,7 @@ from pvphong.cli.options import Lighting
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.default_scene import default_scene
 
-COMMANDS = ["demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose", "daylight", "compile"]
+COMMANDS = ["demo", "shade", "view", "fit", "plan", "validate", "tradeoff", "diagnose", "daylight", "compile"]
 COLUMNS = 80
 
 
@@ -56,7 +56,7 @@ def test_every_parameter_has_a_help_text(command, capsys, monkeypatch):
         assert re.match(r"│ (\* )? *(--[a-z-]+|MESH)( -[a-z])?( [A-Z|]+(\.\.\.)?)*  +\S", line), line
 
 
-@pytest.mark.parametrize("command", ["shade", "view", "plan", "validate", "tradeoff"])
+@pytest.mark.parametrize("command", ["shade", "view", "plan", "validate", "tradeoff", "fit"])
 def test_what_lights_takes_all_options_of_the_one_record(command):
     given = {each.name: "9" for each in fields(Lighting)}
     given |= {"scene": Path("rig.json"), "shadows": True, "ambient_occlusion": True, "occluder": ("9",), "bounces": 9}
@@ -64,8 +64,57 @@ def test_what_lights_takes_all_options_of_the_one_record(command):
     for name, value in given.items():
         text = [] if value is True else [*value] if isinstance(value, tuple) else [str(value)]
         words += [f"--{name.replace('_', '-')}", *text]
-    _, found, _ = app.parse_args([*words, *(("-o", "lit.vtp") if command == "shade" else ())], exit_on_error=False)
+    needed = {"shade": ["-o", "lit.vtp"], "fit": ["-o", "rig.json", "--target", "9", "--vary", "intensity"]}
+    _, found, _ = app.parse_args([*words, *needed.get(command, ())], exit_on_error=False)
     assert found.arguments["lighting"] == Lighting(**given | {"feature_angle": 9.0})
+
+
+# --- fit ---
+
+
+def wanted(name="wanted.vtp"):
+    """Write a mesh with the colours that two of the default lights give, and return the lights."""
+    mesh = pv.read("sphere.vtp")
+    scene = default_scene(mesh)
+    key, fill, rim = scene.lights
+    lights = [replace(key, intensity=0.5), replace(fill, intensity=1.5), replace(rim, on=False)]
+    lit = mesh.phong.shade(replace(scene, lights=lights), RED, feature_angle="auto")
+    target = np.full((mesh.n_points, 3), np.nan)
+    target[lit["pvphong_original_point"] if "pvphong_original_point" in lit.point_data else ...] = lit["phong"]
+    mesh["wanted"], mesh["heavy"] = target, np.where(mesh.points[:, 2] > 0, 2.0, 1.0)
+    mesh.save(name)
+    return lights
+
+
+def test_fit_writes_the_rig_with_the_lights_that_it_found(capsys):
+    key, fill, _ = wanted()
+    how = "--vary key:intensity --vary fill:intensity,diffuse --vary rim:intensity --diffuse red --shininess 3"
+    assert run(f"fit wanted.vtp --target wanted -o rig.json --plot fit.png --weights heavy {how}") == 0
+    out = capsys.readouterr().out
+    assert "Fit of 3 lights" in out
+    assert out.splitlines()[-2:] == ["rig.json", "fit.png"]
+    found = {light.name: light for light in ph.Scene.load("rig.json").lights}
+    assert replace(found["key"], intensity=0.5) == key
+    assert found["key"].intensity == pytest.approx(0.5, abs=1e-5)
+    assert found["fill"].intensity == pytest.approx(1.5, abs=1e-5)
+    assert found["fill"].diffuse == pytest.approx(fill.diffuse)  # a red surface shows nothing of the other channels
+    assert found["rim"].intensity == pytest.approx(0.0, abs=1e-5)
+    assert ph.load_materials("rig.json")["default"] == RED
+    assert len(np.unique(pv.read_texture("fit.png").to_array().reshape(-1, 3), axis=0)) > 50
+    assert run("shade wanted.vtp -o lit.vtp --scene rig.json") == 0
+    lit = pv.read("lit.vtp")
+    np.testing.assert_allclose(lit["phong"], lit["wanted"], atol=2e-5)
+
+
+def test_fit_chooses_lights_of_blocks_and_reports_a_missed_tolerance(capsys):
+    wanted("ball.vtp")
+    pv.MultiBlock({"ball": pv.read("ball.vtp"), "box": pv.Cube(center=(2, 0, 0))}).save("two.vtm")
+    options = "two.vtm --target wanted --vary intensity --diffuse red --max-lights 2 -o two.json"
+    assert run(f"fit {options} --tolerance 0.5") == 0
+    assert sum(light.on for light in ph.Scene.load("two.json").lights) == 1
+    assert run(f"fit {options} --tolerance 1e-9") == 1
+    assert "Fit of 2 of 3 lights" in capsys.readouterr().out
+    assert run("fit sphere.vtp --target 0.5 --vary key:intensity,direction --tries 1 --seed 3 -o one.json") == 0
 
 
 # --- shade; formats and failing disks are in meshes/test_files ---

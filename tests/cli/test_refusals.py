@@ -16,6 +16,13 @@ NO_MESH, NO_FACES = "mesh must be a mesh file that PyVista can read", "mesh must
 NO_FOLDER, NO_OUTPUT = " must be in a folder that exists", "--output must be a file for "
 SHADE = "shade sphere.vtp -o o.vtp"
 REFUSED = {
+    "fit sphere.vtp": "requires an argument",
+    "fit sphere.vtp --target tint --vary intensity -o o.vtp": "--output must be a file for the lights (.json)",
+    "fit sphere.vtp --target tin --vary intensity -o o.json": "error: --target must be an array with a luminance or a",
+    "fit sphere.vtp --target tint --vary key:intensity --vary direction -o o.json": "--vary must be a light and its",
+    "fit sphere.vtp --target tint --vary kee:intensity -o o.json": "error: --vary must be a mapping",
+    "fit blocks.vtm --target tin --vary intensity -o o.json": "--target must be the name of a point array of a block",
+    "fit sphere.vtp --target tint --vary intensity -o o.json --plot o.txt": "--plot must be a file for a picture",
     "shado": 'Unknown command "shado". Did you mean "shade"?',
     "shade": "MESH requires an argument",
     "shade m.vtp": "--output requires an argument",

@@ -9,7 +9,8 @@ Read in this order:
 5. `history`: undo and redo.
 6. `gizmo`: the gizmos of a subplot.
 7. `commands`: the table of keys.
-8. `interaction`: mouse and keyboard, from the event to the light.
+8. `asking`: a spot that is dragged brighter or darker.
+9. `interaction`: mouse and keyboard, from the event to the light.
 """
 
 from pvphong.studio.gizmos.commands import check_keys

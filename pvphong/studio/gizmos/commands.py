@@ -43,6 +43,14 @@ def toggle_hidden(gizmos: Gizmos) -> None:
     gizmos.notice = "gizmos hidden: g shows them" if gizmos.is_hidden else ""
 
 
+def toggle_asking(gizmos: Gizmos) -> None:
+    """Let drags on meshes ask for light, or turn the view again."""
+    gizmos.asks, gizmos.spot = not gizmos.asks, None
+    follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
+    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
+    gizmos.notice = asking if gizmos.asks else "drags turn the view"
+
+
 def select_next(gizmos: Gizmos) -> None:
     """Select the next light; after the last light, select none.
 
@@ -311,6 +319,7 @@ COMMANDS = (
     Command("h", "these keys", toggle_help),
     Command("g", "hide or show the gizmos", toggle_hidden),
     Command("n", "select the next light", select_next),
+    Command("space", "ask: drag a spot of a mesh brighter or darker", toggle_asking),
     Command("z y", "undo, redo", undo_or_redo, steps=_BACK_ON),
     Command("m", "light off or on", mute, "light"),
     Command("o", "solo: this light only, or all", solo, "light"),
@@ -333,6 +342,8 @@ _MOUSE = {
     "Ctrl": "in steps",
     "Esc": "cancel the drag",
 }
+_NAMES = {" ": "space", ",": "comma", ".": "period"}
+"""Character that a browser sends → VTK's name of its key."""
 _SHORT = {"comma": ",", "period": ".", "Delete": "Del", "BackSpace": "Backspace"}
 
 TAKEN = frozenset({*"qQeErRwWsSpPbBvVCcfFuUiI3lLjJtTaA+-", "Up", "Down", "plus", "minus"})
@@ -357,6 +368,7 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
     """
     if control and key not in ("z", "y"):
         return False
+    key = _NAMES.get(key, key)
     if key in _OF_KEYS:
         command, step = _OF_KEYS[key]
         act, edits = partial(command.act, **step), command.edits

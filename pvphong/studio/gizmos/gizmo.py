@@ -13,7 +13,7 @@ from pvphong.base.color import luminance
 from pvphong.base.handles import Handle
 from pvphong.base.types import Vector
 from pvphong.optics.light import Light
-from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, hue
+from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overlay, circle, hue
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
 from pvphong.studio.gizmos.history import History
@@ -25,6 +25,8 @@ HIGHLIGHT = "highlight"
 """Name of the handle at a selected light's highlight on the surface."""
 
 _HINT = "h: keys"
+SPOT_SIZE = 0.15
+"""Radius of a spot that is asked for, as a fraction of the scene's size, until the user changes it."""
 
 Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 """Key → help text and function; the window shows the text that the function returns."""
@@ -171,6 +173,12 @@ class Gizmos:
         self.hovered: tuple[Gizmo, str] | None = None
         """The gizmo under the cursor and the name of its handle."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
+        self.asks = False
+        """True if a drag on a mesh asks for more or less light there."""
+        self.spot_size = SPOT_SIZE
+        """Radius of the spot that is asked for, as a fraction of the scene's size."""
+        self.spot: tuple[SurfacePoint, float] | None = None
+        """The spot that was asked for last, and its radius."""
         self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
         """The lights' values when they got a gizmo; kept for lights that are deleted and restored."""
         self._only = None if only is None else list(only)
@@ -302,6 +310,10 @@ class Gizmos:
                     drawing.handle(point, hovered=name == handle)
             if highlight is not None:
                 drawing.ring(np.array(highlight), hovered=handle == HIGHLIGHT)
+        if self.asks and self.spot is not None:
+            drawing.color = (1.0, 1.0, 1.0)
+            middle, normal = np.array(self.spot[0].point), np.array(self.spot[0].normal)
+            drawing.line(circle(middle + 0.02 * self.spot[1] * normal, normal, self.spot[1]))
         self.overlay.put(drawing)
         has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]

@@ -15,6 +15,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.optics.light import Light
 from pvphong.studio.gizmos import commands
+from pvphong.studio.gizmos.asking import Ask
 from pvphong.studio.gizmos.gizmo import HIGHLIGHT, Gizmo, Gizmos, called
 from pvphong.studio.gizmos.handles import INTENSITY, LightInScene
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, mirrored_to_eye
@@ -205,6 +207,9 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
 
 _BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVista and the interactor style 0
 
+# Factor by which a step of the wheel makes a spot larger, and the smallest spot, as a fraction of the scene's size.
+_WIDER, _SMALLEST = 1.25, 0.01
+
 TOLERANCE = 12
 """Largest distance from the cursor at which a handle is grabbed, in pixels: about twice the radius of the drawn dot."""
 
@@ -224,7 +229,7 @@ class Interaction:
 
     def __init__(self, gizmos: Gizmos) -> None:
         self.gizmos = gizmos
-        self.edit: Drag | Entry | None = None
+        self.edit: Drag | Entry | Ask | None = None
         self.grabbed_last = ""
         self._key_down: str | None = None
         self._handles: dict[tuple[Gizmo, str], Float64Array] = {}
@@ -252,6 +257,14 @@ class Interaction:
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
         self._observe(interactor, "CharEvent", Interaction._press_ended, _BEFORE_ALL)
         self._observe(interactor, "KeyReleaseEvent", Interaction._press_ended)
+        for event, react in (
+            ("LeftButtonPressEvent", Interaction._asked),
+            ("MouseMoveEvent", Interaction._asking),
+            ("LeftButtonReleaseEvent", Interaction._answered),
+            ("MouseWheelForwardEvent", partial(Interaction._resized, factor=_WIDER)),
+            ("MouseWheelBackwardEvent", partial(Interaction._resized, factor=1.0 / _WIDER)),
+        ):
+            self._observe(interactor, event, react, _BEFORE_ALL)
         for event in ("MouseMoveEvent", "LeftButtonPressEvent"):
             self._observe(interactor, event, Interaction._pointed, _BEFORE_WIDGET)
         self.update()
@@ -287,7 +300,9 @@ class Interaction:
         self._handles = handles
         self._hover()
         active, readout = gizmos.hovered, ""
-        if edit is not None:
+        if isinstance(edit, Ask):
+            readout = edit.readout
+        elif edit is not None:
             active, readout = (edit.gizmo, edit.handle), edit.readout
         if readout and (note := gizmos.lit.note):
             readout = f"{readout}\n{note}"
@@ -379,13 +394,62 @@ class Interaction:
             self.settle()
         self.gizmos.render()
 
+    # -- the mouse, in the mode in which it asks for light
+
+    def _asked(self) -> bool:
+        """Start to ask for light on the spot under the cursor; return False if a handle or no mesh is there."""
+        gizmos = self.gizmos
+        if not gizmos.asks or not gizmos.is_pointed_at or gizmos.hovered is not None:
+            return False
+        spot = gizmos.surfaces.pick(gizmos.cursor)
+        if spot is None:
+            return False
+        gizmos.history.settle()
+        gizmos.notice, gizmos.spot = "", (spot, gizmos.spot_size * gizmos.scenery.size)
+        try:
+            self._begin(Ask(gizmos, *gizmos.spot))
+        except ValueError as error:
+            gizmos.notice = str(error)
+        gizmos.render()
+        return True
+
+    def _asking(self) -> bool:
+        """Follow the cursor with the button down."""
+        if not isinstance(self.edit, Ask):
+            return False
+        if self.edit.is_possible:
+            self.edit.move()
+            self.gizmos.render()
+        return True
+
+    def _answered(self) -> bool:
+        """Handle the release of the button: the drag becomes one step."""
+        if not isinstance(self.edit, Ask):
+            return False
+        self.settle()
+        self.gizmos.render()
+        return True
+
+    def _resized(self, factor: float) -> bool:
+        """Make the spot larger or smaller, in place of the view."""
+        gizmos = self.gizmos
+        if not gizmos.asks or not gizmos.is_pointed_at:
+            return False
+        gizmos.spot_size = min(max(gizmos.spot_size * factor, _SMALLEST), 1.0)
+        if gizmos.spot is not None:
+            gizmos.spot = gizmos.spot[0], gizmos.spot_size * gizmos.scenery.size
+        gizmos.notice = f"spot: {gizmos.spot_size:.2g} of the scene's size"
+        gizmos.render()
+        return True
+
     # -- start and end of an edit
 
-    def _begin(self, edit: Drag | Entry | None) -> None:
+    def _begin(self, edit: Drag | Entry | Ask | None) -> None:
         self.edit = edit
         self.gizmos.lit.uses_preview_rays = isinstance(edit, Drag)
         if edit is not None:
-            self.grabbed_last = edit.handle
+            if not isinstance(edit, Ask):
+                self.grabbed_last = edit.handle
             self.gizmos.history.begin(self)
         else:
             self.gizmos.history.end(self)

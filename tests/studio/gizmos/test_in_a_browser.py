@@ -95,3 +95,21 @@ def test_a_key_counts_once(page):
     page.picture(lambda now: (now[corner] != before[corner]).mean() > 0.5)
     page.key("h")
     page.picture(lambda now: np.array_equal(now[corner], before[corner]))
+
+
+@pytest.mark.parametrize("opened", ["remote", "area"], indirect=True)
+def test_a_spot_is_dragged_brighter(page):
+    """The space bar lets a drag on a mesh ask for light."""
+    before = page.settled()
+    x, y = before["ball"]
+    page.key(" ")
+    page.press((x, y))
+    for step in (15, 30, 45, 60):
+        page.point((x, y + step))
+    page.wait(lambda state: state["lights"] != before["lights"])
+    after = page.drop()
+    assert after["camera"] == before["camera"]
+    assert after["colors"] != before["colors"]
+    page.key("z")
+    page.wait(lambda state: essence(state) == essence(before))
+    page.key(" ")

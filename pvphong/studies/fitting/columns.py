@@ -1,0 +1,265 @@
+"""Columns of the least-squares problem: the colours that a light gives for one unit of each unknown.
+
+One evaluation of the lighting equation, with a single light, gives a column; the evaluators and the plan are those of
+`mesh.phong.shade`. Colours are in float64 and not clamped.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import threads
+from pvphong.base.types import Backend, Float64Array, FloatArray, IntArray, MatrixLike
+from pvphong.geometry.transform import transform_points
+from pvphong.meshes.visibility import triangles_of
+from pvphong.optics.light import Light
+from pvphong.optics.material import Material
+from pvphong.rays.transport import Transport
+from pvphong.rays.visibility import Tracer
+from pvphong.scene.scene import Scene
+from pvphong.shading import interreflection
+from pvphong.shading.equation import BLACK, Equation, relative_to_mesh
+from pvphong.shading.interreflection import Radiosity
+from pvphong.shading.plan.plan import Plan
+from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import GivenVisibility, VisibilityLike
+from pvphong.studies.fitting.variation import Variation
+
+# Number of triangles that a thread measures at once: their arrays stay in its caches.
+_FACES_AT_ONCE = 2**14
+
+
+def point_areas(source: pv.PolyData, matrix: MatrixLike | None) -> Float64Array:
+    """Return the area of each point of a surface in the world, shape (n,): a third of that of its triangles.
+
+    The areas are in an arbitrary unit. A surface without faces has the area 1 at each point; a triangle with a corner
+    that is not finite has none.
+    """
+    corners = triangles_of(source).astype(np.intp)
+    if not len(corners):
+        return np.ones(source.n_points)
+    points = np.asarray(source.points, np.float64) if matrix is None else transform_points(source.points, matrix)
+    scale = float(np.abs(points).max(initial=0.0, where=np.isfinite(points))) or 1.0  # squares must not overflow
+    axes, numbers, areas = (
+        np.ascontiguousarray(points.T) / scale,
+        np.ascontiguousarray(corners.T),
+        np.empty(len(corners)),
+    )
+
+    def measure(begin: int, end: int) -> None:
+        first, second, third = numbers[:, begin:end]
+        with np.errstate(all="ignore"):
+            starts = [np.take(each, first) for each in axes]
+            a, b, c = (
+                (np.take(each, second) - start, np.take(each, third) - start)
+                for each, start in zip(axes, starts, strict=True)
+            )
+            square = sum(np.square(u[0] * v[1] - u[1] * v[0]) for u, v in ((a, b), (b, c), (c, a)))
+            areas[begin:end] = np.sqrt(square)
+
+    threads.run(measure, len(corners), _FACES_AT_ONCE)
+    areas[~np.isfinite(areas)] = 0.0
+    found = sum(np.bincount(each, areas, source.n_points) for each in numbers)
+    return np.asarray(found, np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """One surface that is lit: its vertices, its material, and its rays."""
+
+    vertices: Vertices
+    material: Material
+    tracer: Tracer | None
+    """Casts the rays of shadows and ambient occlusion; None if the light model has none, or `seen` is given."""
+    seen: VisibilityLike | None = None
+    """Visibility that the user passed."""
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    def at(self, rows: IntArray) -> Subject:
+        """Return the surface reduced to some of its vertices."""
+        whole = self.vertices
+        maps = {name: values.rows[rows] for name, values in whole.maps.items()}
+        tangents = functools.cache(lambda: whole.tangents[rows])
+        some = Vertices(whole.points[rows], whole.normals[rows], maps, tangents=tangents, ranges=whole.ranges)
+        tracer = None if self.tracer is None else replace(self.tracer, receiver=self.tracer.receiver.some(rows))
+        return Subject(some, self.material, tracer, None if self.seen is None else _SomeRows(self.seen, rows))
+
+    @functools.cached_property
+    def sky(self) -> list[FloatArray]:
+        """Visible part of the sky at each vertex and, if the light model is two-sided, from its other side."""
+        assert self.tracer is not None
+        return [side.sky().part for side in (self.tracer, self.tracer.turned)]
+
+    def light_seen(self, light: Light, *, behind: bool) -> list[FloatArray]:
+        """Return the visible part of a light in the world, and with `behind` also from the vertices' other sides."""
+        assert self.tracer is not None
+        return [seen.part for seen in self.tracer.light(light, behind=behind)]
+
+
+class _SomeRows(VisibilityLike):
+    def __init__(self, whole: VisibilityLike, rows: IntArray) -> None:
+        self._whole, self._rows = whole, rows
+
+    def refuse_other(self, *_given: Any) -> None:
+        """Accept it, because the whole visibility has been checked."""
+
+    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
+        """Return the rows of the whole visibility at these vertices."""
+        return self._whole.channels(lights, sky=sky, behind=behind)[:, self._rows]
+
+
+Seen = list[VisibilityLike | None]
+"""Visibility from each surface; None without shadows and occlusion."""
+
+
+class Share(NamedTuple):
+    """Colours of n points from one light: `offset` plus each column times its unknown."""
+
+    columns: list[Float64Array]
+    """An array (n, 3) for each unit of the light."""
+    offset: Float64Array | None
+    """Shape (n, 3): the part that no unknown multiplies; None if there is none."""
+    seen: Seen
+    """Visibility of the light, which can be reused for small changes of the light."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Evaluates the colours that lights of a scene give to the vertices of some surfaces, one after the other.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        The surfaces.
+    scene : Scene
+        The scene, with a viewer.
+    matrix : array_like or None
+        Model matrix of all surfaces.
+    transport : Transport or None
+        Transport of light between all surfaces, if light bounces.
+    backend : {"auto", "numpy", "numba"}
+        Evaluator.
+    expected : int
+        Expected number of evaluations, for "auto".
+    """
+
+    subjects: Sequence[Subject]
+    scene: Scene
+    matrix: MatrixLike | None = None
+    transport: Transport | None = None
+    backend: Backend = "auto"
+    expected: int = 1
+    _known: dict[tuple[int, str], list[Equation]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return sum(map(len, self.subjects))
+
+    def at(self, rows: IntArray) -> Columns:
+        """Return the evaluator of direct light at some of the vertices, numbered through all surfaces."""
+        ends = np.cumsum([len(each) for each in self.subjects])
+        parts = [
+            each.at(rows[(rows >= end - len(each)) & (rows < end)] - (end - len(each)))
+            for each, end in zip(self.subjects, ends.tolist(), strict=True)
+        ]
+        model = replace(self.scene.light_model, bounces=0)
+        return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend, self.expected)
+
+    def base(self, varied: Sequence[Variation]) -> Float64Array:
+        """Return the colours (n, 3) without the lights that vary."""
+        gone = {each.index for each in varied}
+        whole = [each.vertices.equation(self.scene, each.material, self.matrix) for each in self.subjects]
+        kept = [tuple(term for term in equation.terms if term.index not in gone) for equation in whole]
+        equations = [replace(each, terms=terms, clamp=False) for each, terms in zip(whole, kept, strict=True)]
+        return self._run(equations, self.seen(self.scene))
+
+    def share(self, one: Variation, light: Light, seen: Seen | None = None) -> Share:
+        """Return the colours from a light that varies.
+
+        Parameters
+        ----------
+        one : Variation
+            The light's variation.
+        light : Light
+            The light with other shapes.
+        seen : list, optional
+            Its visibility from each surface; by default, rays are cast.
+        """
+        if seen is None:
+            seen = self.seen(self._with(one.index, light), one.index)
+        rest = one.rest(light)
+        columns = [self._alone(one.index, unit.light, unit.field, seen) for unit in one.units(light)]
+        return Share(columns, None if rest is None else self._alone(one.index, rest, "", seen), seen)
+
+    def _with(self, index: int, light: Light) -> Scene:
+        lights = list(self.scene.lights)
+        lights[index] = light
+        return replace(self.scene, lights=lights)
+
+    def _alone(self, index: int, light: Light, of: str, seen: Seen) -> Float64Array:
+        """Return the colours from one light; `of` names its colours among those of its variation."""
+        equations = self._known.get((index, of))
+        if equations is None or self.scene.light_model.convention == "vtk":
+            # in VTK's convention, the shader depends on all lights
+            scene = self._with(index, light)
+            equations = [each.vertices.equation(scene, each.material, self.matrix) for each in self.subjects]
+            for number, equation in enumerate(equations):
+                terms = tuple(term for term in equation.terms if term.index == index)
+                occluded = equation.is_occluded and any(any(term.ambient) for term in terms)
+                dark: dict[str, Any] = {"ambient": BLACK, "emission": BLACK, "clamp": False, "is_occluded": occluded}
+                equations[number] = replace(equation, terms=terms, **dark)
+            self._known[index, of] = equations
+        else:  # the same colours from another place
+            moved = light.in_world(self.scene.viewer)
+            equations = [
+                replace(equation, terms=tuple(replace(term, light=moved) for term in equation.terms))
+                for equation in equations
+            ]
+        return self._run(equations, seen)
+
+    def seen(self, scene: Scene, index: int | None = None) -> Seen:
+        """Cast rays to one light of a scene, or to all of its lights, and to the sky if it counts."""
+        model, lights = scene.light_model, scene.world_lights
+        found: Seen = []
+        for subject in self.subjects:
+            if subject.tracer is None:
+                found.append(subject.seen)
+                continue
+            sides = 1 + model.two_sided
+            rows = np.ones((sides, len(lights) + 1, len(subject)))
+            for k, light in enumerate(lights) if model.shadows else ():
+                if index in (None, k) and light.on:
+                    rows[:, k] = subject.light_seen(light, behind=model.two_sided)
+            if model.ambient_occlusion is not False:
+                rows[:, -1] = subject.sky[:sides]
+            given = GivenVisibility("visibility", rows.reshape(-1, len(subject)))
+            given.refuse_other(subject.vertices.points, lights, (), model)
+            found.append(given)
+        return found
+
+    def _run(self, equations: Sequence[Equation], seen: Seen) -> Float64Array:
+        """Evaluate an equation for each surface."""
+        how: dict[str, Any] = {"precision": "float64", "backend": self.backend}
+        plans = []
+        for subject, equation, visible in zip(self.subjects, equations, seen, strict=True):
+            subject.vertices.visibility = visible
+            plans.append(Plan.of_equation(relative_to_mesh(equation), subject.vertices))
+        among, bounced = len(self) * self.expected, None
+        if self.transport is not None:
+            sent = [plan.sent(each.vertices, **how) for plan, each in zip(plans, self.subjects, strict=True)]
+            count = self.scene.light_model.bounces
+            bounced = interreflection.bounced(Radiosity.of_all(sent), self.transport.gather, count, apart=False)
+        found, first = [], 0
+        for plan, subject in zip(plans, self.subjects, strict=True):
+            last = first + len(subject)
+            own = None if bounced is None else bounced[:, first:last]
+            found.append(plan.run(subject.vertices, bounced=own, among=among, **how).rgb)
+            first = last
+        return np.asarray(found[0] if len(found) == 1 else np.concatenate(found), np.float64)

@@ -1,0 +1,394 @@
+"""`mesh.phong.fit` and `blocks.phong.fit`: lights that give a mesh the colours that it should have."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pvphong.base import check
+from pvphong.base.types import Backend, Float64Array, FloatArray, MatrixLike
+from pvphong.geometry.extent import Sphere, box_of, sphere_around
+from pvphong.geometry.transform import normal_matrix
+from pvphong.meshes.blocks import datasets, of_each
+from pvphong.meshes.default_scene import scene_for
+from pvphong.meshes.lit import Setting, vertices_of
+from pvphong.meshes.point_data import surface_and_maps
+from pvphong.meshes.surfaces import ORIGINAL_POINT, FeatureAngle, shallow_copy
+from pvphong.meshes.transport import Exchanging, checked_transport
+from pvphong.meshes.visibility import KnownOccluders, checked_occluders, receiver_of, tracer_of
+from pvphong.optics.material import Material, as_material
+from pvphong.rays.casting import Occluders
+from pvphong.rays.transport import Transport
+from pvphong.rays.visibility import Visibility
+from pvphong.scene.scene import Scene, SceneLike
+from pvphong.shading import kernel
+from pvphong.shading.vertices import Vertices
+from pvphong.shading.visibility import checked_visibility
+from pvphong.studies.fitting import choosing, search
+from pvphong.studies.fitting.columns import Columns, Subject, point_areas
+from pvphong.studies.fitting.linear import Problem, refuse_without_scipy
+from pvphong.studies.fitting.result import Analysis, Fit
+from pvphong.studies.fitting.target import Wanted, checked_target, checked_weights, wanted_of
+from pvphong.studies.fitting.variation import Variation, variations
+
+# Number of evaluations of a search, about.
+_EVALUATIONS = 1000
+
+TRIES = 12
+"""Default number of starts."""
+
+
+def fit(
+    mesh: pv.DataSet,
+    scene: SceneLike | None,
+    material: Material | str,
+    target: Any,
+    vary: Any,
+    *,
+    weights: Any = None,
+    max_lights: int | None = None,
+    tolerance: float = 0.0,
+    tries: int = TRIES,
+    seed: int = 0,
+    matrix: MatrixLike | None = None,
+    feature_angle: FeatureAngle = None,
+    occluders: Any = (),
+    visibility: Visibility | None = None,
+    transport: Transport | None = None,
+    backend: Backend = "auto",
+) -> Fit:
+    """Find the lights with which a mesh gets the colours that it should have.
+
+    The error is the weighted sum of squared differences from the target, over points and channels; a point's weight is
+    its area times the given weight. Intensities and colours are the solution of a bounded linear problem: if nothing
+    else varies, no other values have a smaller error, unless colours are clamped whose target is below 1. Directions,
+    positions, cones, sizes and exponents are searched from several starts, so a better solution may exist. The light
+    model counts: shadows, occlusion and bounces are computed, and colours are clamped.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        A dataset with a surface; it is not modified.
+    scene : Scene, light, sequence of lights, or None
+        Lights, viewer and light model. The search begins at its lights.
+    material : Material or str
+        The surface's material, or the name of one.
+    target : array_like, str or float
+        Colours (n_points, 3) or luminances (n_points,) that the points should have, linear, 1 for white; or the name of
+        such a point array; or one luminance for all. NaN where anything will do. If the light model clamps, 1 or more
+        means "at least 1". `pvphong.target` makes one from selections.
+    vary : mapping or str
+        A light's name, or its index if it has none → the fields that vary, as in
+        ``{"key": "intensity diffuse direction"}``; or the fields that vary in all lights that are on. The fields are
+        "intensity", "diffuse", "specular", "ambient", and those of the kind of light: "direction", "position",
+        "cone_angle", "exponent", "radius", "width", "height", "up", "rotation". All other fields stay as they are, to
+        the bit. If intensity and colours vary, the colours keep their largest channel.
+    weights : array_like or str, optional
+        Importance of each point, >= 0, shape (n_points,), or the name of a point array. By default, all points with a
+        target count the same.
+    max_lights : int, optional
+        Choose at most this number of the lights that vary, and only as many as the tolerance needs; all others are
+        switched off. Lights are chosen one by one, and exchanged as long as this helps. Only intensities and colours
+        can then vary.
+    tolerance : float, default 0
+        A root mean square of the differences that is good enough: no more starts are tried then, and `max_lights` adds
+        no more lights.
+    tries : int, default 12
+        Number of starts of the search. More find better solutions if many lights move.
+    seed : int, default 0
+        Seed of the starts and of the vertices that the search uses. Equal calls give equal bits, for any number of
+        threads.
+    matrix, feature_angle, occluders, visibility, transport, backend
+        As for `mesh.phong.shade`. `visibility` needs lights that stay where they are.
+
+    Returns
+    -------
+    Fit
+        `.scene` with the lights that were found, `.lit`, `.error`; `print(fit)` is the report, `.plot()` shows target,
+        result and difference. Interrupted with Ctrl-C, the search returns the best lights so far.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid, no light varies, a light lacks a field or reaches no point of the target, nothing is
+        asked for, or fewer numbers are asked for than vary; or if SciPy is missing.
+
+    References
+    ----------
+    C. Lawson and R. Hanson, "Solving Least Squares Problems", 1974 (linear part). G. Golub and V. Pereyra, SIAM J.
+    Numer. Anal. 10 (1973) 413 (variable projection). C. Schoeneman et al., "Painting with light", 1993 (its use for
+    lights).
+
+    Examples
+    --------
+    >>> import pyvista as pv, pvphong as ph
+    >>> ball = pv.Sphere()
+    >>> ball["wanted"] = ball.phong.shade(ph.DirectionalLight(direction=(1, 0, -1), intensity=0.6))["phong"]
+    >>> lamp = ph.DirectionalLight(name="lamp")
+    >>> fit = ball.phong.fit(lamp, ph.Material(), "wanted", {"lamp": "intensity direction"})
+    >>> round(fit.scene.lights[0].intensity, 4), fit.error.rms < 1e-6
+    (0.6, True)
+    """
+    options = {"weights": weights, "max_lights": max_lights, "tolerance": tolerance, "tries": tries, "seed": seed}
+    setting = Setting(matrix, feature_angle, occluders, visibility, transport, 0.0, backend)
+    begun = time.perf_counter()
+    part = _Part.of("", mesh, material, setting)
+    framed = scene_for(part.source, scene, matrix)
+
+    def light(found: Scene) -> Any:
+        how: dict[str, Any] = {"matrix": matrix, "feature_angle": feature_angle, "occluders": occluders}
+        how |= {"visibility": visibility, "transport": transport, "backend": backend}
+        return mesh.phong.shade(found, material, **how)
+
+    return _fitted([part], framed, target, vary, setting, options, light, begun)
+
+
+def fit_blocks(
+    blocks: pv.MultiBlock,
+    scene: Scene,
+    materials: Sequence[Material],
+    target: Any,
+    vary: Any,
+    options: dict[str, Any],
+    light: Any,
+) -> Fit:
+    """Find the lights with which several meshes get the colours that they should have; see `fit`.
+
+    Parameters
+    ----------
+    blocks : pyvista.MultiBlock
+        The meshes.
+    scene : Scene
+        The scene, with a viewer.
+    materials : sequence of Material
+        The material of each dataset, in order.
+    target : mapping or float
+        Path of a dataset → its target; without an entry, any colours will do. A number is the luminance of all.
+    vary, options
+        As for `fit`; weights are a mapping too.
+    light : callable
+        Returns the lit blocks for a scene.
+    """
+    begun = time.perf_counter()
+    own = ("matrix", "feature_angle", "occluders", "visibility", "transport", "backend")
+    given = {name: options.pop(name) for name in own if name in options}
+    setting = Setting(**given)
+    paths = [path for path, _ in datasets(blocks)]
+    of_block = iter(zip(paths, materials, strict=True))
+
+    def part_of(block: pv.DataSet) -> _Part:
+        path, material = next(of_block)
+        return _Part.of(path, block, material, setting)
+
+    parts = of_each(blocks, part_of)
+    for name, mapping in (("target", target), ("weights", options.get("weights"))):
+        if isinstance(mapping, Mapping):
+            for path in mapping:
+                if path not in paths:
+                    check.refuse(name, f"a mapping with {path!r}", f"one whose keys are paths of blocks: {paths}")
+        elif mapping is not None and np.ndim(mapping):
+            check.refuse(name, type(mapping).__name__, "a mapping from paths of blocks to arrays, or one number")
+    return _fitted(parts, scene, target, vary, setting, options, light, begun)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """One mesh, its surface, and the rows of the mesh's points that the surface has."""
+
+    path: str
+    mesh: pv.DataSet
+    source: pv.PolyData
+    maps: dict[str, Any]
+    tangents: Any
+    material: Material
+    rows: Any
+
+    @classmethod
+    def of(cls, path: str, mesh: pv.DataSet, material: Material | str, setting: Setting) -> _Part:
+        now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
+        material = as_material(material)
+        source, maps, tangents = surface_and_maps(now, material, setting.feature_angle)
+        rows: Any = slice(None)
+        if not isinstance(mesh, pv.PolyData | pv.PointSet):
+            rows = np.asarray(source.point_data["vtkOriginalPointIds"])
+        elif source is not now and source.n_points != mesh.n_points:
+            rows = np.asarray(source.point_data[ORIGINAL_POINT])
+        return cls(path, mesh, source, maps, tangents, material, rows)
+
+    def vertices(self, scene: Scene, setting: Setting) -> Vertices:
+        plain = replace(scene, light_model=scene.light_model.without_rays())
+        direct = Setting(matrix=setting.matrix, backend=setting.backend)
+        return vertices_of(self.source, self.maps, self.tangents, plain, direct)
+
+    def given(self, value: Any) -> Any:
+        """Return the entry of a mapping for this mesh; a value that is not a mapping is for all meshes."""
+        return value.get(self.path) if isinstance(value, Mapping) else value
+
+
+def _fitted(
+    parts: Sequence[_Part],
+    scene: Scene,
+    target: Any,
+    vary: Any,
+    setting: Setting,
+    options: Mapping[str, Any],
+    light: Any,
+    begun: float,
+) -> Fit:
+    refuse_without_scipy()
+    kernel.check_backend(setting.backend)
+    if setting.matrix is not None:
+        normal_matrix(setting.matrix)
+    tolerance = check.number("tolerance", options.get("tolerance", 0.0), at_least=0.0)
+    tries = _whole("tries", options.get("tries", TRIES), 1)
+    seed = _whole("seed", options.get("seed", 0), 0)
+    most = options.get("max_lights")
+    most = None if most is None else _whole("max_lights", most, 1)
+    vertices = [part.vertices(scene, setting) for part in parts]
+    for part, each in zip(parts, vertices, strict=True):
+        if each.equation(scene, part.material, setting.matrix).gamma != 1.0:
+            remedy = "Use LightModel(), or another reflectance."
+            check.refuse("material", "PBR in VTK's convention", "one without a gamma, for which light adds up", remedy)
+    around = _around(vertices, setting.matrix)
+    varied = variations(scene, vary, around)
+    moves = any(one.count for one in varied)
+    if most is not None and moves:
+        remedy = "Fit their shapes without max_lights, and then choose."
+        check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
+    if setting.visibility is not None and moves:
+        remedy = "Leave it out; the rays are then cast as the lights move."
+        check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
+    wanted = _wanted(parts, vertices, target, options.get("weights"), setting.matrix, clamps=scene.light_model.clamp)
+    if wanted.is_luminance and any(one.colors for one in varied):
+        remedy = "Vary intensities alone, or ask for colours."
+        check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
+    columns = _columns(parts, vertices, scene, setting, _EVALUATIONS if moves else len(varied))
+    count = sum(len(one.unknowns) + one.count for one in varied)
+    asked = int((wanted.roots > 0.0).sum())
+    if asked < count:
+        got = f"one with {asked} numbers"
+        check.refuse("target", got, f"one with at least {count} numbers, as many as vary", "Vary fewer fields.")
+    goal = tolerance * tolerance
+    found, point, interrupted = search.find(columns, varied, wanted, around, tries=tries, seed=seed, goal=goal)
+    _refuse_dark(varied, point, wanted)
+    problem = Problem.of(found.base, varied, point.shares, wanted)
+    off = list[Variation]()
+    given, shares = found, point.shares
+    if most is not None:
+        chosen, problem, solution = choosing.choose(point, problem, varied, most, goal)
+        off = [one for number, one in enumerate(varied) if number not in chosen]
+        found = replace(found, varied=[varied[number] for number in chosen])
+        kept = [point.lights[number] for number in chosen], [point.shares[number] for number in chosen]
+        point = search.Point(tuple(kept[0]), tuple(kept[1]), solution)
+    lights, first = list(scene.lights), 0
+    is_known = (point.solution.x > 0.0) | (np.diag(point.solution.normal.matrix) > 0.0)
+    for one in off:
+        lights[one.index] = replace(one.light, on=False)
+    for one, shaped in zip(found.varied, point.lights, strict=True):
+        last = first + len(one.unknowns)
+        lights[one.index] = one.solved(shaped, point.solution.x[first:last], is_known[first:last])
+        first = last
+    analysis = Analysis(found, problem, point, given, shares, off)
+    rows = dict(zip([part.path for part in parts], _split([len(each) for each in vertices]), strict=True))
+    return Fit.of(
+        replace(scene, lights=lights), analysis, light, rows, interrupted, time.perf_counter() - begun, tolerance
+    )
+
+
+def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
+    """Raise ValueError if a light that varies reaches no point of the target."""
+    lengths, first = np.diag(point.solution.normal.matrix), 0
+    for one, share in zip(varied, point.shares, strict=True):
+        last = first + len(one.unknowns)
+        # columns are 0 for a dark light, and where all colours are clamped
+        if one.linear and not lengths[first:last].any() and not any(c[wanted.counts].any() for c in share.columns):
+            remedy = "Move it or turn it, vary its direction or position, or leave it out."
+            check.refuse("vary", f"{one.label!r}, which lights none of the target's points", "lights that do", remedy)
+        first = last
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    number = check.number(name, value, at_least=float(least))
+    return int(number) if number == int(number) else check.refuse(name, value, f"a whole number >= {least}")
+
+
+def _split(counts: Sequence[int]) -> list[slice]:
+    ends = np.cumsum(counts).tolist()
+    return [slice(end - count, end) for count, end in zip(counts, ends, strict=True)]
+
+
+def _around(vertices: Sequence[Vertices], matrix: MatrixLike | None) -> Sphere:
+    """Return a sphere around all finite vertices in the world."""
+    bounds = [each.bounds(matrix) for each in vertices]
+    corners = np.concatenate([[each[::2], each[1::2]] for each in bounds])
+    corners = corners[np.isfinite(corners).all(axis=1)]
+    if not len(corners):
+        check.refuse("mesh", "one without finite points", "a mesh with points to light")
+    found = sphere_around(box_of(corners))
+    return found if found.radius > 0.0 else found._replace(radius=1.0)
+
+
+def _wanted(
+    parts: Sequence[_Part],
+    vertices: Sequence[Vertices],
+    target: Any,
+    weights: Any,
+    matrix: MatrixLike | None,
+    *,
+    clamps: bool,
+) -> Wanted:
+    values, areas = list[Float64Array](), list[Float64Array]()
+    for part, each in zip(parts, vertices, strict=True):
+        given = part.given(target)
+        asked = checked_target(np.nan if given is None else given, part.mesh)
+        own = checked_weights(part.given(weights), asked, part.mesh)
+        values.append(asked[part.rows])
+        areas.append(own[part.rows] * point_areas(part.source, matrix))
+        finite = np.isfinite(each.points)
+        if not finite.all():
+            areas[-1][~finite.all(axis=1)] = 0.0
+    if len({each.shape[1] for each in values}) > 1:
+        values = [np.broadcast_to(each, (len(each), 3)) for each in values]
+    return wanted_of(np.concatenate(values), np.concatenate(areas), clamps)
+
+
+def _columns(
+    parts: Sequence[_Part], vertices: Sequence[Vertices], scene: Scene, setting: Setting, expected: int
+) -> Columns:
+    model, matrix = scene.light_model, setting.matrix
+    transport = None
+    if model.bounces:
+        surfaces = [
+            Exchanging(part.source, functools.partial(_normals_of, each), matrix)
+            for part, each in zip(parts, vertices, strict=True)
+        ]
+        transport = checked_transport(setting.transport, surfaces, setting.occluders)
+    tracers: list[Any] = [None] * len(parts)
+    if model.needs_rays and setting.visibility is None:
+        receivers = [
+            receiver_of(part.source, functools.partial(_normals_of, each), matrix, number)
+            for number, (part, each) in enumerate(zip(parts, vertices, strict=True))
+        ]
+        blocking = [each for each in receivers if each.part is not None]
+        occluders = Occluders([*(each.faces for each in blocking), *checked_occluders(setting.occluders)])
+        places = [next((k for k, other in enumerate(blocking) if other is each), None) for each in receivers]
+        tracers = [
+            tracer_of(receiver, scene, KnownOccluders(occluders, place))
+            for receiver, place in zip(receivers, places, strict=True)
+        ]
+    subjects = []
+    for part, each, tracer in zip(parts, vertices, tracers, strict=True):
+        given = part.given(setting.visibility)
+        seen = None if given is None else checked_visibility("visibility", given, each.points, matrix, scene)
+        subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None))
+    return Columns(subjects, scene, matrix, transport, setting.backend, expected)
+
+
+def _normals_of(vertices: Vertices) -> FloatArray:
+    return vertices.normals

@@ -1,0 +1,376 @@
+"""Search for directions, positions and other shapes, with the linear problem solved inside.
+
+Variable projection (Golub and Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems
+whose variables separate", SIAM J. Numer. Anal. 10, 1973), with the Jacobian of Kaufman (BIT 15, 1975): the error as a
+function of the shapes alone, where intensities and colours are always the best ones. Steps are those of Levenberg and
+Marquardt. The search begins at several starts:
+
+1. A bank of candidates for each light: directions that cover the sphere, positions around the mesh.
+2. For each start, lights take turns: each takes the candidate that explains most of what the others leave, then all
+   intensities are solved again. The lights begin as given, dark, or at random candidates.
+3. Short descents from all starts on a sample of the vertices, and long ones from the best.
+4. Each light of the best is exchanged for the candidate that explains most of what the others leave, and descends.
+5. The last descent is on all vertices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pvphong.base import text
+from pvphong.base.types import Float64Array
+from pvphong.geometry.extent import Sphere
+from pvphong.optics.light import Light
+from pvphong.studies.fitting.columns import Columns, Share
+from pvphong.studies.fitting.linear import Column, Normal, Problem, Rows, Solution, normal_equations, solve
+from pvphong.studies.fitting.target import Wanted
+from pvphong.studies.fitting.variation import Variation
+
+# Numbers of vertices for the bank, and for descents from starts.
+_OF_BANK, _OF_SEARCH = 400, 2000
+# Number of directions in a bank.
+_DIRECTIONS = 128
+# Number of rounds in which lights take turns.
+_ROUNDS = 4
+# Numbers of steps of a short and of a long descent, and of starts that get a long one.
+_SHORT, _LONG, _KEPT = 10, 40, 3
+# Greatest number of exchanges of each light; an exchange gets a long descent if its error is below this multiple of the
+# best one's.
+_EXCHANGES, _PROMISING = 4, 4.0
+# A fraction of the target's squares that is a perfect fit.
+PERFECT = 1e-22
+# Relative decreases of the squares by less, twice in a row, end a descent: on a sample, and on all vertices.
+_LITTLE, _NOTHING = 1e-6, 1e-7
+# Bounds on the damping of Levenberg and Marquardt.
+_DAMPING, _LEAST, _MOST = 1e-3, 1e-14, 1e10
+
+
+class Point(NamedTuple):
+    """A point of the search: lights, their shares of the colours, and the solved intensities."""
+
+    lights: tuple[Light, ...]
+    shares: tuple[Share, ...]
+    solution: Solution
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A fit on some vertices."""
+
+    columns: Columns
+    varied: Sequence[Variation]
+    wanted: Wanted
+    base: Float64Array
+
+    @classmethod
+    def of(cls, columns: Columns, varied: Sequence[Variation], wanted: Wanted) -> Search:
+        """Return the search on the vertices of an evaluator."""
+        return cls(columns, varied, wanted, columns.base(varied))
+
+    def at(self, lights: Sequence[Light], known: Sequence[Share | None] = ()) -> Point:
+        """Return the point of the search for lights; `known` has shares that were evaluated before."""
+        known = known or [None] * len(lights)
+        shares = tuple(
+            self.columns.share(one, light) if share is None else share
+            for one, light, share in zip(self.varied, lights, known, strict=True)
+        )
+        return Point(tuple(lights), shares, solve(Problem.of(self.base, self.varied, shares, self.wanted)))
+
+    def derivatives(self, point: Point) -> Rows:
+        """Return weighted derivatives of the colours by the coordinates of all shapes, at fixed intensities.
+
+        They are finite differences; shadows stay where they are. Where colours jump, differences are central and long.
+        """
+        solution, found, first = point.solution, list[Column](), 0
+        for one, light, share in zip(self.varied, point.lights, point.shares, strict=True):
+            x = solution.x[first : first + len(one.unknowns)]
+            first += len(one.unknowns)
+            for number, (step, jumps) in enumerate(one.steps):
+                by = np.zeros(one.count)
+                by[number] = step
+                sides = [(one.moved(light, by), 1.0)] + [(one.moved(light, -by), -1.0)] * jumps
+                difference = np.zeros_like(self.base)
+                for moved, sign in sides:
+                    difference += sign * _colors(one, self.columns.share(one, moved, share.seen), x)
+                if not jumps:
+                    difference -= _colors(one, share, x)
+                found.append(Column(difference / (step * len(sides)), None))
+        return Problem(self.base, found, self.wanted).rows(found, solution.clamped)
+
+    def descend(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
+        """Descend from a point by at most `most` steps, or until the squared error is at most `perfect`.
+
+        Two relative decreases in a row by at most `little` end the descent.
+        """
+        if not any(one.count for one in self.varied):
+            return point
+        damping, stalls = _DAMPING, 0
+        for _ in range(most):
+            if point.solution.squares <= perfect:
+                break
+            matrix, right = projected(point.solution, self.derivatives(point))
+            before, then = point.solution.squares, None
+            while then is None and damping <= _MOST:
+                damped = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12 * np.trace(matrix) + 1e-300))
+                step = np.linalg.lstsq(damped, right, rcond=None)[0]
+                trial = self._stepped(point, np.clip(step, -1.0, 1.0))
+                if trial.solution.squares < before:
+                    then, damping = trial, max(damping * 0.1, _LEAST)
+                else:
+                    damping = max(damping, _LEAST) * 10.0
+            if then is None:
+                break
+            point = then
+            stalls = stalls + 1 if before - point.solution.squares <= little * before else 0
+            if stalls == 2:
+                break
+        return point
+
+    def _stepped(self, point: Point, step: Float64Array) -> Point:
+        lights, known, first = [], list[Share | None](), 0
+        for one, light, share in zip(self.varied, point.lights, point.shares, strict=True):
+            lights.append(one.moved(light, step[first : first + one.count]))
+            known.append(None if one.count else share)
+            first += one.count
+        return self.at(lights, known)
+
+    def narrowed(self, point: Point, perfect: float) -> Point:
+        """Improve coordinates at which colours jump by steps along each, half as long whenever none improves."""
+        jumpy = [(k, n) for k, one in enumerate(self.varied) for n, (_, jumps) in enumerate(one.steps) if jumps]
+        length = 0.02
+        while jumpy and length > 1e-5 and point.solution.squares > perfect:
+            before = point.solution.squares
+            for k, number in jumpy:
+                for sign in (1.0, -1.0):
+                    by = np.zeros(self.varied[k].count)
+                    by[number] = sign * length
+                    lights = list(point.lights)
+                    lights[k] = self.varied[k].moved(lights[k], by)
+                    trial = self.at(lights, [None if i == k else share for i, share in enumerate(point.shares)])
+                    if trial.solution.squares < point.solution.squares:
+                        point = trial
+            if point.solution.squares >= before * (1.0 - 1e-3):
+                length *= 0.5
+        return point
+
+
+def _colors(one: Variation, share: Share, x: Float64Array) -> Float64Array:
+    """Return the colours of a light with the unknowns x."""
+    found = np.zeros_like(share.columns[0]) if share.offset is None else share.offset.copy()
+    factors = x.reshape(-1, 3) if one.colors else x
+    for colors, factor in zip(share.columns, factors, strict=True):
+        found += colors * factor
+    return found
+
+
+def projected(solution: Solution, derivatives: Rows) -> tuple[Float64Array, Float64Array]:
+    """Return the normal equations for steps of the shapes, with the intensities that are not 0 eliminated."""
+    joint = joined(solution, derivatives)
+    free, inner = np.flatnonzero(solution.x > 0.0), len(solution.x)
+    matrix, right = joint.matrix[inner:, inner:], joint.right[inner:]
+    if len(free):
+        across = joint.matrix[np.ix_(free, np.arange(inner, len(joint.right)))]
+        eliminated = np.linalg.lstsq(joint.matrix[np.ix_(free, free)], across, rcond=None)[0]
+        matrix = matrix - across.T @ eliminated
+        right = right - eliminated.T @ joint.right[free]
+    return matrix, right
+
+
+def joined(solution: Solution, derivatives: Rows) -> Normal:
+    """Return the normal equations of all unknowns: the linear ones, then the coordinates of shapes."""
+    inner = len(solution.x)
+    rows = [
+        (np.concatenate([numbers, inner + others]), np.concatenate([own, more]))
+        for (numbers, own), (others, more) in zip(solution.rows, derivatives, strict=True)
+    ]
+    count = inner + (len(derivatives[0][0]) if derivatives else 0)
+    return normal_equations(rows, solution.residual, count)
+
+
+# --- starts
+
+
+class Bank(NamedTuple):
+    """Candidates for one light."""
+
+    lights: list[Light]
+    shares: list[Share]
+    rows: Float64Array
+    """Weighted columns, shape (candidates, units, points · channels)."""
+    lengths: Float64Array
+    """Squared lengths of the columns, shape (candidates, units)."""
+
+    @classmethod
+    def of(cls, search: Search, one: Variation, around: Sphere) -> Bank:
+        """Return the candidates for a light; for a light without shapes, the light alone."""
+        lights = list(one.starts(around, search.columns.scene.viewer, _DIRECTIONS)) if one.count else [one.light]
+        shares = [search.columns.share(one, light) for light in lights]
+        roots = search.wanted.roots
+        units = [[*share.columns, *([] if share.offset is None else [share.offset])] for share in shares]
+        rows = np.array([[(roots * search.wanted.seen(colors)).ravel() for colors in each] for each in units])
+        return cls(lights, shares, rows, np.einsum("mkn,mkn->mk", rows, rows))
+
+    def best(self, residual: Float64Array) -> int:
+        """Return the candidate whose columns explain most of a weighted residual."""
+        along = np.einsum("mkn,n->mk", self.rows, residual)
+        gains = np.divide(np.maximum(along, 0.0) ** 2, self.lengths, out=np.zeros_like(along), where=self.lengths > 0.0)
+        return int(np.argmax(gains.sum(axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Starts of a search, from a bank of candidates for each light on a few vertices."""
+
+    search: Search
+    banks: Sequence[Bank]
+
+    @classmethod
+    def of(cls, search: Search, around: Sphere) -> Starts:
+        """Make the banks."""
+        return cls(search, [Bank.of(search, one, around) for one in search.varied])
+
+    @property
+    def moving(self) -> list[int]:
+        """Indices of the lights that have candidates."""
+        return [k for k, bank in enumerate(self.banks) if len(bank.lights) > 1]
+
+    def _solved(self, shares: Sequence[Share | None]) -> Solution:
+        """Solve with the given shares of the lights; None is a dark light."""
+        search = self.search
+        known = [
+            share or Share([np.zeros_like(search.base)] * len(bank.shares[0].columns), None, [])
+            for share, bank in zip(shares, self.banks, strict=True)
+        ]
+        return solve(Problem.of(search.base, search.varied, known, search.wanted))
+
+    def _squares(self, chosen: Sequence[int]) -> float:
+        return self._solved([bank.shares[number] for bank, number in zip(self.banks, chosen, strict=True)]).squares
+
+    def first(self, count: int, random: np.random.Generator) -> list[tuple[Light, ...]]:
+        """Return different starts after taking turns from `count` beginnings, the best first."""
+        found: dict[tuple[int, ...], float] = {(0,) * len(self.banks): np.inf}
+        for number in range(count):
+            chosen: list[int | None] = [0] * len(self.banks)
+            for k in self.moving if number else ():
+                chosen[k] = None if number == 1 else int(random.integers(len(self.banks[k].lights)))
+            before: list[int | None] = []
+            for _ in range(_ROUNDS):
+                for k in random.permutation(self.moving).tolist():
+                    chosen[k] = None
+                    shares = [
+                        None if each is None else bank.shares[each]
+                        for bank, each in zip(self.banks, chosen, strict=True)
+                    ]
+                    chosen[k] = self.banks[k].best(self._solved(shares).residual.ravel())
+                if chosen == before:
+                    break
+                before = list(chosen)
+            key = tuple(each or 0 for each in chosen)
+            if key not in found:
+                found[key] = self._squares(key)
+        ranked = sorted(found, key=lambda key: (found[key], key))
+        return [tuple(bank.lights[each] for bank, each in zip(self.banks, key, strict=True)) for key in ranked]
+
+    def exchanged(self, lights: Sequence[Light], k: int) -> tuple[Light, ...]:
+        """Return lights in which light `k` is replaced by the candidate that explains most of what the others leave."""
+        shares = [
+            None if number == k else self.search.columns.share(one, light)
+            for number, (one, light) in enumerate(zip(self.search.varied, lights, strict=True))
+        ]
+        bank = self.banks[k]
+        best = bank.lights[bank.best(self._solved(shares).residual.ravel())]
+        return tuple(best if number == k else light for number, light in enumerate(lights))
+
+
+# --- the whole search
+
+
+def find(
+    columns: Columns, varied: Sequence[Variation], wanted: Wanted, around: Sphere, *, tries: int, seed: int, goal: float
+) -> tuple[Search, Point, bool]:
+    """Return the search on all vertices, the best point that was found, and True if the search was interrupted.
+
+    Parameters
+    ----------
+    columns : Columns
+        Evaluator on all vertices.
+    varied : sequence of Variation
+        The lights that vary.
+    wanted : Wanted
+        The target.
+    around : Sphere
+        Sphere around the mesh in the world.
+    tries : int
+        Number of beginnings.
+    seed : int
+        Seed of the sample and of the beginnings.
+    goal : float
+        Squared error that ends the search.
+    """
+    whole = Search.of(columns, varied, wanted)
+    lights = tuple(one.light for one in varied)
+    if not any(one.count for one in varied):
+        return whole, whole.at(lights), False
+    random = np.random.default_rng(seed)
+    rows = random.permutation(np.flatnonzero(wanted.counts))
+    few, some = (Search.of(columns.at(part), varied, wanted.at(part)) for part in (rows[:_OF_BANK], rows[:_OF_SEARCH]))
+    exact = PERFECT * float(np.square(wanted.roots * wanted.values).sum())
+    try:
+        for point in _sampled(few, some, around, tries, random, max(exact, goal)):
+            lights = point.lights
+        with text.stage("all vertices", 0.9, 1.0):
+            return whole, whole.descend(whole.at(lights), _LONG, exact, _NOTHING), False
+    except KeyboardInterrupt:
+        return whole, whole.at(lights), True
+
+
+def _sampled(
+    few: Search, some: Search, around: Sphere, tries: int, random: np.random.Generator, perfect: float
+) -> Iterator[Point]:
+    """Search on a sample of the vertices, and yield every point that is better than all before."""
+    with text.stage("candidates", 0.0, 0.2):
+        starts = Starts.of(few, around)
+        first = starts.first(tries, random)
+    points = list[Point]()
+    for number, lights in enumerate(first):
+        with text.stage("first steps", *_fraction(0.2, 0.5, number, len(first))):
+            points.append(some.descend(some.at(lights), _SHORT, perfect))
+        if points[-1].solution.squares <= min(point.solution.squares for point in points):
+            yield points[-1]
+        if points[-1].solution.squares <= perfect:
+            return
+    points.sort(key=lambda point: point.solution.squares)
+    best = points[0]
+    for number, point in enumerate(points[:_KEPT]):
+        with text.stage("descents", *_fraction(0.5, 0.7, number, _KEPT)):
+            long = some.narrowed(some.descend(point, _LONG, perfect), perfect)
+        if long.solution.squares < best.solution.squares:
+            yield (best := long)
+        if best.solution.squares <= perfect:
+            return
+    last = -1  # the light whose exchange has helped last
+    for number in range(_EXCHANGES * len(starts.moving)):
+        k = starts.moving[number % len(starts.moving)]
+        if k == last or len(starts.moving) < 2:
+            return
+        with text.stage("exchanges", *_fraction(0.7, 0.9, number, _EXCHANGES * len(starts.moving))):
+            trial = some.descend(some.at(starts.exchanged(best.lights, k)), _SHORT, perfect)
+            if trial.solution.squares < _PROMISING * best.solution.squares:
+                trial = some.narrowed(some.descend(trial, _LONG, perfect), perfect)
+        if trial.solution.squares < best.solution.squares * (1.0 - 1e-6):
+            last = k
+            yield (best := trial)
+            if best.solution.squares <= perfect:
+                return
+        elif last < 0:
+            last = k
+
+
+def _fraction(begin: float, end: float, number: int, count: int) -> tuple[float, float]:
+    """Return the progress before and after a piece of work, one of several between `begin` and `end`."""
+    step = (end - begin) / count
+    return begin + step * number, begin + step * (number + 1)

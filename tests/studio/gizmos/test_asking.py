@@ -1,0 +1,126 @@
+"""A spot is dragged brighter or darker, and the intensities of lights follow."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+from mouse import Mouse, texts
+
+import pvphong as ph
+from pvphong.studio.gizmos.asking import PIXELS_PER_STOP
+
+LEFT = ph.DirectionalLight(direction=(1, 0.6, -0.3), intensity=0.3, name="left")
+RIGHT = ph.DirectionalLight(direction=(-1, 0.6, -0.3), intensity=0.3, name="right")
+MATTE = ph.Material(ambient=0.0, diffuse=0.8)
+BALL = pv.Sphere(theta_resolution=40, phi_resolution=40)
+SPOT = (-0.35, -0.357, 0.0)  # on the left, where only the left light arrives
+
+
+def window(new_plotter, *lights, model=None):
+    plotter = new_plotter((400, 300))
+    for light in lights:
+        plotter.phong.add_light(light)
+    plotter.phong.add_mesh(BALL, MATTE)
+    plotter.phong.light_model = model or ph.LightModel(ambient=0.0)
+    plotter.camera_position = [(0, -4, 0.5), (0, 0, 0), (0, 0, 1)]
+    plotter.show(auto_close=False)
+    plotter.phong.add_gizmos()
+    return Mouse(plotter)
+
+
+def luminance(plotter, place):
+    """Return the luminance of the lit ball at its point nearest to a place."""
+    lit = BALL.phong.shade(plotter.phong.scene, MATTE, feature_angle="auto")
+    nearest = np.argmin(np.square(lit.points - place).sum(axis=1))
+    return float(lit["phong"][nearest] @ [0.2126, 0.7152, 0.0722])
+
+
+def stops(mouse, amount):
+    """Drag the spot by a number of stops; the next step begins with the button up."""
+    return mouse.drag(mouse.at(SPOT), (0, amount * PIXELS_PER_STOP))
+
+
+def test_the_light_that_reaches_the_spot_follows_and_one_undo_takes_it_back(new_plotter):
+    mouse = window(new_plotter, LEFT, RIGHT)
+    phong, camera = mouse.plotter.phong, mouse.plotter.camera_position
+    before = luminance(mouse.plotter, SPOT)
+    mouse.key("space")
+    stops(mouse, 1.0)
+    left, right = phong.lights
+    assert luminance(mouse.plotter, SPOT) == pytest.approx(2 * before, rel=0.1)
+    assert left.intensity == pytest.approx(0.6, rel=0.1)
+    assert right.intensity == pytest.approx(0.3, rel=0.2)
+    assert replace(left, intensity=0.3) == LEFT
+    assert mouse.plotter.camera_position == camera
+    assert phong.undo()
+    assert phong.lights == (LEFT, RIGHT)
+    assert not phong.undo()
+    assert phong.redo()
+    stops(mouse, -2.0)
+    assert luminance(mouse.plotter, SPOT) == pytest.approx(before / 2, rel=0.2)
+
+
+def test_the_selected_light_alone_follows(new_plotter):
+    mouse = window(new_plotter, LEFT, replace(RIGHT, direction=(-0.2, 1, -0.2)))
+    mouse.key("n")
+    mouse.key("n")
+    mouse.key("space")
+    stops(mouse, 1.0)
+    left, right = mouse.plotter.phong.lights
+    assert left == LEFT
+    assert right.intensity > 0.4
+
+
+def test_escape_restores_the_lights_and_space_turns_the_view_again(new_plotter):
+    mouse = window(new_plotter, LEFT, RIGHT)
+    mouse.key("space")
+    mouse.pull(mouse.at(SPOT), (0, 60))
+    assert mouse.plotter.phong.lights != (LEFT, RIGHT)
+    assert any("+1.00 stops: luminance" in text.GetInput() for text in texts(mouse.plotter))
+    mouse.key("Escape")
+    assert mouse.plotter.phong.lights == (LEFT, RIGHT)
+    mouse.release()
+    assert not mouse.plotter.phong.undo()
+    mouse.key("space")
+    camera = mouse.plotter.camera_position
+    mouse.drag(mouse.at(SPOT), (40, 20))
+    assert mouse.plotter.camera_position != camera
+    assert mouse.plotter.phong.lights == (LEFT, RIGHT)
+
+
+def test_a_press_beside_the_mesh_turns_the_view_and_the_wheel_sets_the_size(new_plotter):
+    mouse = window(new_plotter, LEFT, RIGHT)
+    mouse.key("space")
+    camera = mouse.plotter.camera_position
+    mouse.send("MouseWheelForwardEvent", mouse.at(SPOT))
+    assert mouse.plotter.camera_position == camera
+    assert any("spot: 0.19" in text.GetInput() for text in texts(mouse.plotter))
+    mouse.drag((10, 290), (20, -10))
+    assert mouse.plotter.camera_position != camera
+    assert mouse.plotter.phong.lights == (LEFT, RIGHT)
+
+
+def test_a_larger_spot_asks_for_more(new_plotter):
+    found = []
+    for wheel in ("MouseWheelBackwardEvent", "MouseWheelForwardEvent"):
+        mouse = window(new_plotter, LEFT, RIGHT)
+        mouse.key("space")
+        for _ in range(6):
+            mouse.send(wheel, mouse.at(SPOT))
+        stops(mouse, 1.0)
+        found.append(mouse.plotter.phong.lights[1].intensity)
+    assert found[1] > found[0]  # the right light arrives in the larger spot
+
+
+def test_shadows_count_and_what_no_light_reaches_is_said(new_plotter):
+    mouse = window(new_plotter, RIGHT, model=ph.LightModel(ambient=0.0, shadows=True))
+    mouse.key("space")
+    mouse.pull(mouse.at(SPOT), (0, 60))
+    assert any("none of these lights reaches the spot" in text.GetInput() for text in texts(mouse.plotter))
+    assert mouse.plotter.phong.lights[0].intensity == pytest.approx(0.3, rel=1e-6)
+    mouse.release()
+    dark = window(new_plotter, replace(LEFT, on=False))
+    dark.key("space")
+    stops(dark, 1.0)
+    assert any("no light follows" in text.GetInput() for text in texts(dark.plotter))
