@@ -8,7 +8,8 @@ from __future__ import annotations
 import textwrap
 import warnings
 import weakref
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -112,6 +113,28 @@ class LitActors:
     def shown(self) -> list[LitMesh]:
         """The lit meshes that are visible."""
         return [mesh for mesh in self.meshes if mesh.actor is not None and mesh.actor.GetVisibility()]
+
+    @property
+    def stage(self) -> LitMesh | None:
+        """The stage under the meshes, if there is one."""
+        return next((mesh for mesh in self.meshes if mesh.stage is not None), None)
+
+    @property
+    def subjects(self) -> list[LitMesh]:
+        """The visible lit meshes without the stage."""
+        return [mesh for mesh in self.shown if mesh.stage is None]
+
+    @contextmanager
+    def without_bounds_of_stage(self) -> Iterator[None]:
+        """Return a context in which the stage does not count for the extent of the drawn objects."""
+        actor = None if self.stage is None else self.stage.actor
+        if actor is not None:
+            actor.UseBoundsOff()
+        try:
+            yield
+        finally:
+            if actor is not None:
+                actor.UseBoundsOn()
 
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
         """Return the other visible meshes that cast shadows, each with its matrix, as `occluders`."""

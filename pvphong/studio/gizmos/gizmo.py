@@ -214,8 +214,11 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Extent of the drawn objects, used to place icons. If nothing is drawn, extent of the camera's view."""
-        bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
+        """Extent of the drawn objects without a stage, used to place icons. If nothing is drawn, extent of the camera's
+        view.
+        """
+        with self.lit.without_bounds_of_stage():
+            bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
             viewer = self.lights.viewer

@@ -2,9 +2,10 @@
 
 Read in this order:
 
-1. `fields`: kind, unit, range and help of a dataclass's fields, for forms. It also parses values from the page.
+1. `settings`: values that only the studio has. `fields`: kind, unit, range and help of a dataclass's fields, for forms;
+   it also parses values from the page.
 2. `coloring`: the choice of an array and its colormap. `mix`: faders, which scale each light's contribution.
-3. `opening`: the file that is shown, and lights that fit it when another is opened.
+3. `opening`: the file that is shown, and lights that fit it when another is opened. `staging`: the stage under it.
    `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
    undo history for panels and gizmos.
 4. `inputs`, `panels` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.

@@ -12,7 +12,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import MISSING, replace
 from dataclasses import fields as dataclass_fields
 from functools import partial
 from pathlib import PurePath
@@ -44,50 +44,9 @@ from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening
+from pvphong.studio.web.settings import Accuracy, Surfaces
+from pvphong.studio.web.staging import Staging
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
-
-
-def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
-    return None if value is None else check.number(name, value, **limits)
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Accuracy of the colours.
-
-    Parameters
-    ----------
-    tolerance : float, default 0
-        Largest colour error allowed to save time, where 1 is full intensity; 1/255 = 0.0039 is one step of a display.
-        It applies to the plan and to downloads; the view is exact at vertices.
-    refine : float, optional
-        Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the view is
-        refined, with crisp edges of shadows and cones. If None, the view shows the mesh's own vertices.
-    """
-
-    tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
-    refine: float | None = check.field(partial(_number_or_none, above=0.0), None, unit="of 1")
-
-    def __post_init__(self) -> None:
-        check.fields(self)
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """Shading of the meshes' edges.
-
-    Parameters
-    ----------
-    feature_angle : float, optional
-        An edge is sharp if the normals of its faces differ by more than this angle, in degrees. 0 is flat shading; if
-        None, all edges are smooth.
-    """
-
-    feature_angle: float | None = check.field(partial(_number_or_none, at_least=0.0, at_most=180.0), None)
-
-    def __post_init__(self) -> None:
-        check.fields(self)
-
 
 _IN_ROW = ("name", "on", "diffuse", "intensity")
 """Fields of a light that the page always shows; others are shown for the selected light."""
@@ -95,7 +54,6 @@ _IN_ROW = ("name", "on", "diffuse", "intensity")
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
 
-# A new light: its offset from the scene's centre, to the right, up and towards the viewer, in scene sizes; its size, in
 _LARGE = 0.2  # least distance between a new light and another, in scene sizes
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
@@ -120,6 +78,7 @@ class DocumentState(NamedTuple):
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
     file: OpenFile | None
+    stage: LitMesh | None
 
 
 class Document:
@@ -142,6 +101,7 @@ class Document:
         refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
+        self.staging = Staging(phong, subplot)
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
@@ -162,7 +122,7 @@ class Document:
     @property
     def surfaces(self) -> Surfaces:
         """Shading of the first mesh's edges. Setting it changes all meshes."""
-        first = next(iter(self._subplot.lit.meshes), None)
+        first = next(iter(self._subplot.lit.subjects), None)
         return Surfaces(None if first is None else first.sharp_angle)
 
     @surfaces.setter
@@ -184,12 +144,14 @@ class Document:
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
             file=None if self._opening is None else self._opening.file,
+            stage=self.staging.mesh,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo the changes that were made between the states `then` and `now`."""
         if self._opening is not None and then.file is not None and then.file is not now.file:
             self._opening.show(then.file, then.accuracy.refine)
+        self.staging.show(then.stage, then.accuracy.refine)
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -230,11 +192,29 @@ class Document:
         return self.history.redo()
 
     def open(self, mesh: Any, file: OpenFile) -> None:
-        """Show another file, as one undo step; see `Opening.open`."""
+        """Show another file, on a stage of the same kind, as one undo step; see `Opening.open`."""
         if self._opening is None:
             check.refuse("file", file.stem, "opened in a studio")
         with self._step():
-            self._opening.open(mesh, file, self.accuracy.refine)
+            stage, refine = self.staging.mesh, self.accuracy.refine
+            self._opening.open(mesh, file, refine)
+            if stage is not None and stage.stage is not None:
+                self.staging.put(stage.stage.kind, refine, stage.material)
+
+    def set_stage(self, kind: str) -> str:
+        """Draw a stage under the meshes, as one undo step, and switch shadows on with the first one; return a message.
+
+        Parameters
+        ----------
+        kind : str
+            "ground", "backdrop", whose wall is opposite to the present camera, or "plinth"; "" removes the stage.
+        """
+        with self._step():
+            has_shadows = not kind or bool(self.staging.kind) or self._phong.light_model.shadows
+            self.staging.put(kind, self.accuracy.refine)
+            if not has_shadows:
+                self._phong.light_model = replace(self._phong.light_model, shadows=True)
+        return "" if has_shadows else "Shadows are on now. To switch them off, open Scene."
 
     # -- cancelling background computations
 
@@ -371,7 +351,7 @@ class Document:
     def set_up(self, name: str) -> None:
         """Replace all lights by a set-up from `setups`, around the visible meshes, as one undo step."""
         make = setups[name]
-        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.shown if mesh.actor is not None]
+        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.subjects if mesh.actor is not None]
         if not bounds:
             check.refuse("mesh", "none", "open", "Open a mesh first.")
         low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
@@ -436,13 +416,15 @@ class Document:
             Name of a mesh → material.
         default : str
             Key of the material for meshes without an entry of their own. If there is no such key, these meshes keep
-            their materials.
+            their materials. A stage without an entry of its own always keeps its material.
         """
         with self._step():
             self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
+            stage = self.staging.mesh
             for name, shared in self.materials.items():
-                found = materials.get(name, materials.get(default))
+                is_of_stage = stage is not None and shared is stage.shared_material  # most rigs are made without one
+                found = materials.get(name, None if is_of_stage else materials.get(default))
                 if found is not None:
                     shared.material = found
 
@@ -472,7 +454,7 @@ class Document:
     def materials(self) -> dict[str, SharedMaterial]:
         """The materials of all visible meshes: name of the first mesh that has the material → the material."""
         found: dict[SharedMaterial, str] = {}
-        for mesh in self._subplot.lit.shown:
+        for mesh in sorted(self._subplot.lit.shown, key=lambda mesh: mesh.stage is not None):
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
         return {name: shared for shared, name in found.items()}
 
@@ -634,6 +616,7 @@ class Document:
             "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),
             "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
+            "stage": self.staging.kind,
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
             "mix_ms": round(1e3 * self.mix.seconds, 1),

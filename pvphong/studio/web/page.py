@@ -22,6 +22,7 @@ from pvphong.studio.web.panels.mix import mix
 from pvphong.studio.web.panels.over_view import awaited, start
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.panels.picture import picture
+from pvphong.studio.web.panels.stage import stage
 
 _WIDTH, _NARROW = 400, 860
 """Width of the panels, and largest width of a window in which the panels are closed at first, in pixels."""
@@ -173,6 +174,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 materials()
                 picture()
                 with panel("Scene"):
+                    stage()
                     form("model")
                 plan()
                 accuracy()

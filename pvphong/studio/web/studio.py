@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pyvista as pv
@@ -31,6 +31,7 @@ from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
 from pvphong.meshes.pictures import refuse_size
+from pvphong.meshes.stages import Stage
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
@@ -43,7 +44,7 @@ from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
+from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
 from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
@@ -168,7 +169,8 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
-            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # each trigger ends with a frame
+            "set_stage": self.set_stage,
+            "fit": self.fit,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
         }
@@ -241,7 +243,7 @@ class Studio:
             self._later(_SHOW_AFTER, self._show)
 
     def _shown(self) -> dict[str, Any]:
-        meshes = self._subplot.lit.shown
+        meshes = self._subplot.lit.subjects
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._opening.file.stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
@@ -301,7 +303,7 @@ class Studio:
 
     def _show_plan(self) -> None:
         scene, meshes, tolerance = self._subplot.scene, self._subplot.lit.shown, self.document.accuracy.tolerance
-        known = scene, [(mesh, mesh.material, mesh.geometry()) for mesh in meshes], tolerance
+        known = scene, [(mesh, mesh.material, mesh.geometry()) for mesh in meshes], tolerance, self._picture
         if known == self._planned_for:
             return
         self._planned_for, shown = known, []
@@ -374,17 +376,36 @@ class Studio:
         function = EXAMPLES[check.choice("name", name, EXAMPLES)]
         self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
 
+    def set_stage(self, kind: str) -> str:
+        """Draw a ground, a backdrop or a plinth under the meshes, or with "" none; return a message."""
+        check.choice("kind", kind, ("", *get_args(Stage)))
+        with self._active():
+            return self.document.set_stage(kind)
+
+    def fit(self) -> None:
+        """Fit the meshes into the view; a stage does not count."""
+        with self._subplot.lit.without_bounds_of_stage():
+            self._subplot.renderer.reset_camera(render=False)  # each trigger ends with a frame
+        self._subplot.renderer.ResetCameraClippingRange()
+
     @property
     def downloads(self) -> Downloads:
         """The downloads of the current state. While a background computation runs, they are as the view shows them."""
-        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
+        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.subjects}
+        stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting
         file, scene = self._opening.file, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
-        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown)
+        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown, stage, self._picture)
+
+    @property
+    def _picture(self) -> Picture:
+        """Options of the picture, as typed and set in the page."""
+        state, display = self.server.state, self._plotter.phong.display
+        return Picture((state.width, state.height), self._subplot.renderer.background_color.hex_rgb, display)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""
@@ -395,8 +416,9 @@ class Studio:
             size = _whole("width", width), _whole("height", height)
             if what in LIT and not downloads.is_as_shown:
                 await asyncio.to_thread(lambda: downloads.lit)  # slow with bounces
-            with self._active():
-                name, content = downloads.read(what, self._plotter, size)
+            if what == "png":
+                downloads.picture = replace(downloads.picture, size=size)
+            name, content = downloads.read(what)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -457,7 +479,7 @@ class Studio:
             Time limit, as a number or text.
         """
         seconds = _seconds(seconds)
-        meshes = self._subplot.lit.shown
+        meshes = self._subplot.lit.subjects
         if not meshes:
             check.refuse("mesh", "none", "open", "Open a mesh first.")
         self.mark_worst(False)

@@ -7,9 +7,9 @@ import pytest
 from pvphong.base import check
 from pvphong.optics.lights import PointLight
 from pvphong.optics.reflectances import PBR
-from pvphong.studio.web.document import Accuracy, Surfaces
 from pvphong.studio.web.fields import edited, number_in
 from pvphong.studio.web.messages import in_page_words, remedies
+from pvphong.studio.web.settings import Accuracy, Surfaces
 
 
 def error_of(act, *args):

@@ -217,7 +217,7 @@ def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, c
             condition = re.search('v-if="([^"]*)"', button)[1]
             assert eval(condition, {"mesh_count": state.mesh_count}) is (what in shown)
             if what in shown:
-                studio.downloads.write(what, tmp_path, plotter, (64, 48))
+                studio.downloads.write(what, tmp_path)
         return studio.downloads
 
     downloads = in_a_studio(plotter, act)
