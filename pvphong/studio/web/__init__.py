@@ -4,11 +4,13 @@ Read in this order:
 
 1. `settings`: values that only the studio has. `fields`: kind, unit, range and help of a dataclass's fields, for forms;
    it also parses values from the page.
-2. `coloring`: the choice of an array and its colormap. `mix`: faders, which scale each light's contribution.
+2. `kinds`: lights and reflectances by name. `coloring`: the choice of an array and its colormap. `mix`: faders, which
+   scale each light's contribution.
 3. `opening`: the file that is shown, and lights that fit it when another is opened. `staging`: the stage under it.
    `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
    undo history for panels and gizmos.
-4. `inputs`, `panels` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
+4. `words`: the names of fields on the page. `messages`: errors in these words. `inputs`, `panels` and `page`: Vuetify's
+   components around the view.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
 6. `downloads`: the files to download, and the Python script that reproduces them.
 7. `report`: the accuracy report, measured in a separate process.

@@ -1,8 +1,8 @@
 """The document that a studio edits: lights, materials, light model, edges, faders and accuracy, with one undo history.
 
 An edit names its field by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness", "model.shadows",
-"display.exposure", "surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light keeps its number while the
-studio runs.
+"display.exposure", "background.background", "surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light
+keeps its number while the studio runs.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, replace
-from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import Any, NamedTuple
@@ -24,10 +23,11 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.color import kelvin
 from pvphong.base.display import Display
+from pvphong.base.types import rgb
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
 from pvphong.optics.lights import LIGHT_TYPES, vtk_values
-from pvphong.optics.maps import FIELDS, Map
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
@@ -41,11 +41,13 @@ from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
 from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops, number_in
+from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening
-from pvphong.studio.web.settings import Accuracy, Surfaces
+from pvphong.studio.web.settings import Accuracy, Background, Surfaces
 from pvphong.studio.web.staging import Staging
+from pvphong.studio.web.words import LIGHTS, in_words
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
 
 _IN_ROW = ("name", "on", "diffuse", "intensity")
@@ -79,6 +81,7 @@ class DocumentState(NamedTuple):
     feature_angles: dict[LitMesh, FeatureAngle]
     file: OpenFile | None
     stage: LitMesh | None
+    background: Background
 
 
 class Document:
@@ -102,6 +105,7 @@ class Document:
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.staging = Staging(phong, subplot)
+        self._is_transparent = False
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
@@ -130,6 +134,16 @@ class Document:
         for mesh in self._subplot.lit.meshes:
             mesh.feature_angle = surfaces.feature_angle
 
+    @property
+    def background(self) -> Background:
+        """Background of the view and of pictures; can be set."""
+        return Background(self._subplot.renderer.background_color.float_rgb, self._is_transparent)
+
+    @background.setter
+    def background(self, background: Background) -> None:
+        self._is_transparent = background.transparent
+        self._subplot.renderer.set_background(rgb(background.background))
+
     # -- undo
 
     @property
@@ -145,6 +159,7 @@ class Document:
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
             file=None if self._opening is None else self._opening.file,
             stage=self.staging.mesh,
+            background=self.background,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
@@ -152,6 +167,8 @@ class Document:
         if self._opening is not None and then.file is not None and then.file is not now.file:
             self._opening.show(then.file, then.accuracy.refine)
         self.staging.show(then.stage, then.accuracy.refine)
+        if now.background != then.background:
+            self.background = then.background
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -280,6 +297,8 @@ class Document:
                 self.surfaces = change(self.surfaces, name)
             case "model", name:
                 self._phong.light_model = change(self._phong.light_model, name)
+            case "background", name:
+                self.background = change(self.background, name)
             case "display", name:
                 self._phong.display = change(self._phong.display, name)
             case "light", number, name:
@@ -576,12 +595,12 @@ class Document:
             light, number = each.light(viewer), self.number(each)
             key = f"light.{number}"
             is_selected = selected is not None and selected.renderer_light is each
-            entries = {entry["name"]: entry for entry in form_of(light, key, self._middles)}
+            entries = {entry["name"]: entry for entry in in_words(form_of(light, key, self._middles))}
             lights.append(
                 {
                     "number": number,
                     "called": called(light),
-                    "kind": kind_of(light),
+                    "kind": LIGHTS.get(kind_of(light), kind_of(light)),
                     "selected": is_selected,
                     "soloed": each is soloed,
                     "fader": form_of(self.mix.fader(each), f"fader.{number}", self._middles) if self.mix.is_on else [],
@@ -612,7 +631,8 @@ class Document:
         return {
             "lights": lights,
             "materials": materials,
-            "surfaces": form_of(self.surfaces, "surfaces", self._middles),
+            "surfaces": in_words(form_of(self.surfaces, "surfaces", self._middles)),
+            "backing": in_words(form_of(self.background, "background", self._middles)),
             "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),
             "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
@@ -644,29 +664,3 @@ def _slid(given: Any, value: Any, name: str) -> Any:
         if has_stops(field):
             given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
     return edited(value, name, given)
-
-
-def textured(material: Material) -> list[str]:
-    """Return the fields of a material and its reflectance that can have a texture."""
-    reflectance = material.reflectance
-    fields = *fields_of(type(material)), *(() if reflectance is None else fields_of(type(reflectance)))
-    return [field.name for field in fields if field.takes == "map" and field.name in FIELDS]
-
-
-def kind_of(light: Light) -> str:
-    """Return the name that scene files use for a light's kind."""
-    return next((name for name, kind in LIGHT_TYPES.items() if type(light) is kind), type(light).__name__)
-
-
-def new_reflectance(name: str) -> Any:
-    """Return a reflectance by the name of its kind in scene files. Parameters without a default are set to the middle
-    of their range, or to grey.
-    """
-    kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
-    missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}
-    given: dict[str, Any] = {
-        field.name: 0.5 if field.kind == "color" else 0.5 * (field.least + field.most)
-        for field in fields_of(kind)
-        if field.name in missing
-    }
-    return kind(**given)

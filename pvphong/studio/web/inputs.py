@@ -259,7 +259,7 @@ def form(entries: str) -> None:
             v_else_if="field.kind == 'choice'",
             classes="mt-3",
             model_value=("field.value",),
-            items=("field.choices",),
+            items=("field.items ?? field.choices",),
             label=("field.label",),
             update_modelValue="trigger('edit', [field.key, $event])",
             title=("field.help",),

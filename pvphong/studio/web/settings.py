@@ -1,4 +1,4 @@
-"""Settings that only the studio has: accuracy of the colours, and shading of edges."""
+"""Settings that only the studio has: accuracy of the colours, shading of edges, and the background."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from pvphong.base import check
+from pvphong.base.types import Color
 
 
 def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
@@ -46,6 +47,25 @@ class Surfaces:
     """
 
     feature_angle: float | None = check.field(partial(_number_or_none, at_least=0.0, at_most=180.0), None)
+
+    def __post_init__(self) -> None:
+        check.fields(self)
+
+
+@dataclass(frozen=True)
+class Background:
+    """Background of the view and of pictures.
+
+    Parameters
+    ----------
+    background : color
+        Its colour. Colours above 1 are shown as 1.
+    transparent : bool, default False
+        Leave the background of a downloaded picture out: the .png is transparent where no mesh and no stage is.
+    """
+
+    background: Color = check.field(check.color, (0.0, 0.0, 0.0))
+    transparent: bool = check.field(check.flag, False)
 
     def __post_init__(self) -> None:
         check.fields(self)

@@ -30,7 +30,7 @@ from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
-from pvphong.meshes.pictures import refuse_size
+from pvphong.meshes.pictures import TRANSPARENT, refuse_size
 from pvphong.meshes.stages import Stage
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
@@ -45,7 +45,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
-from pvphong.studio.web.fields import number_in
+from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
@@ -405,7 +405,9 @@ class Studio:
     def _picture(self) -> Picture:
         """Options of the picture, as typed and set in the page."""
         state, display = self.server.state, self._plotter.phong.display
-        return Picture((state.width, state.height), self._subplot.renderer.background_color.hex_rgb, display)
+        background = self.document.background
+        color = TRANSPARENT if background.transparent else hex_of(background.background)
+        return Picture((state.width, state.height), color, display)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""

@@ -18,7 +18,7 @@ from pvphong.scene.presets import key_fill_rim, setups
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
-from pvphong.studio.web.document import new_reflectance
+from pvphong.studio.web.kinds import new_reflectance
 
 _SIDE = 56  # pixels
 _SMOOTH = 3  # rows of vertices per row of pixels

@@ -11,8 +11,8 @@ from strategies import hunt, moderate_case
 import pvphong as ph
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
-from pvphong.studio.web.document import new_reflectance
 from pvphong.studio.web.downloads import EXAMPLES, FILES, Downloads, HasArrays, Picture, python_of, reading_file
+from pvphong.studio.web.kinds import new_reflectance
 
 
 @pytest.fixture

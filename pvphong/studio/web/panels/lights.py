@@ -10,6 +10,7 @@ from trame.widgets import vuetify3 as v
 from pvphong.scene.presets import setups
 from pvphong.studio.web.inputs import color_picker, color_text, form, found_by, icon_button, number_input
 from pvphong.studio.web.panels.panel import panel
+from pvphong.studio.web.words import LIGHTS
 
 _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
@@ -25,8 +26,9 @@ def lights(kinds: Mapping[str, str]) -> None:
     with panel("Lights"):
         with html.Div(classes="studio-buttons", **found_by("", "Add a light")):
             for kind, what in kinds.items():
-                add = f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})"
-                v.VBtn(f"+ {kind}", click=add, title=what, **found_by(f"add-{kind}", f"Add a light: {kind}"))
+                add, called = f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})", LIGHTS.get(kind, kind)
+                tip = f"{kind.capitalize()} light: {what}" if called != kind else what
+                v.VBtn(f"+ {called}", click=add, title=tip, **found_by(f"add-{kind}", f"Add a light: {called}"))
         with v.VMenu():
             with v.Template(v_slot_activator="{ props }"):
                 v.VBtn(

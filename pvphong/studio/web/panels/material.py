@@ -16,7 +16,7 @@ def materials() -> None:
         with html.Div(v_for="material in materials", key=("material.number",)):
             _material()
         with html.Div(v_if="has_mesh", classes="mt-2"):
-            number_input("surfaces[0]", "feature-angle", "sharp edges, °")
+            number_input("surfaces[0]", "feature-angle", "sharp edges from, °")
 
 
 def _material() -> None:

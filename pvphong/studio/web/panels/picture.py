@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from trame.widgets import vuetify3 as v
 
-from pvphong.studio.web.inputs import found_by, number_input, switch
+from pvphong.studio.web.inputs import form, found_by, number_input, switch
 from pvphong.studio.web.panels.panel import panel
 
 
@@ -25,3 +25,4 @@ def picture() -> None:
             is_on = f"display.overlay.value == '{overlay}'"
             edit = f"trigger('edit', ['display.overlay', $event ? '{overlay}' : 'none'])"
             switch(overlay.replace(" ", "-"), is_on, label, edit)
+        form("backing")
