@@ -26,7 +26,7 @@ class Served:
 class Page:
     """A studio in a browser, or in a frame of another page."""
 
-    def __init__(self, driver, address, *, in_frame=False):
+    def __init__(self, driver, address, *, in_frame=False, is_unfolded=True):
         self.driver = driver
         self.resize(900, 600)
         driver.get(address)
@@ -34,6 +34,8 @@ class Page:
             driver.switch_to.frame(0)
         self.until(lambda: self.all("light-row") and self.picture().std() > 5)
         self.until(lambda: driver.execute_script("return document.fonts.status") == "loaded")
+        if is_unfolded:
+            driver.execute_script("window.trame.state.set('open_panels', [...Array(20).keys()])")
         self.settled(lambda: [each.rect for each in self.all("light-row")])  # else clicks miss rows that still move
 
     def resize(self, width, height):

@@ -13,8 +13,8 @@ from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
 from trame_pyvista.widgets import PyVistaRCAView
 
-from pvphong.studio.web.inputs import DEFAULTS, FINE, form, found_by, icon_button
-from pvphong.studio.web.panels.accuracy import accuracy, plan
+from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
+from pvphong.studio.web.panels.accuracy import advanced
 from pvphong.studio.web.panels.files import files
 from pvphong.studio.web.panels.lights import lights
 from pvphong.studio.web.panels.material import materials
@@ -109,7 +109,7 @@ _ALT = """
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "picture", "scene", "plan", "accuracy", "files")
+_PANELS = ("lights", "mix", "material", "picture", "scene", "files", "advanced")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -131,7 +131,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     kinds : mapping
         Name of a kind of light in scene files → description for a tooltip.
     """
-    own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
+    own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS) - 1))}
     own |= {"busy": False, "uploads": 0}
     server.state.client_only(*own)
     server.state.update(
@@ -176,9 +176,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 with panel("Scene"):
                     stage()
                     form("model")
-                plan()
-                accuracy()
                 files()
+                advanced()
         with (
             v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
@@ -213,13 +212,11 @@ def _notice() -> None:
     ):
         html.Span("{{ notice }}")
         with v.Template(v_slot_actions=True):
-            then = "(before, call) => before.then(() => trigger(...call))"
-            calls = f"remedy.calls.slice(1).reduce({then}, trigger(...remedy.calls[0]))"
             v.VBtn(
                 "{{ remedy.label }}",
                 v_for="remedy in remedies",
                 key=("remedy.label",),
                 classes="ml-1",
-                click=calls,
+                click=CALLS.format("remedy"),
                 **found_by("remedy"),
             )

@@ -45,6 +45,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
+from pvphong.studio.web.exactness import exactness
 from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
@@ -137,7 +138,8 @@ class Studio:
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
-        at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
+        at_first: dict[str, Any] = {"exactness": {"text": "", "label": "", "calls": []}}
+        at_first |= {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
@@ -303,22 +305,30 @@ class Studio:
 
     def _show_plan(self) -> None:
         scene, meshes, tolerance = self._subplot.scene, self._subplot.lit.shown, self.document.accuracy.tolerance
-        known = scene, [(mesh, mesh.material, mesh.geometry()) for mesh in meshes], tolerance, self._picture
+        known = (
+            scene,
+            [(mesh, mesh.material, mesh.geometry()) for mesh in meshes],
+            self.document.accuracy,
+            self._picture,
+        )
         if known == self._planned_for:
             return
-        self._planned_for, shown = known, []
+        self._planned_for, shown, plans = known, [], []
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
             with suppress(ValueError):  # the view shows why the mesh cannot be lit
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
+                plans.append(made)
                 shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
         try:
             script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
         with self.server.state as state:
+            exact = exactness(plans, self.document.accuracy, state.seconds)
+            state.exactness = {"text": exact.text, **exact.improve._asdict()}
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
             state.script = script
         self._save()

@@ -1,17 +1,45 @@
-"""The panels of plan and accuracy: what is computed, its error and its cost."""
+"""The panel "Advanced": how exact the picture is, what is computed, its error and its cost."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-from pvphong.studio.web.inputs import found_by, number_input, switch, typed, typed_number
+from pvphong.studio.web.inputs import CALLS, found_by, number_input, switch, typed, typed_number
 from pvphong.studio.web.panels.panel import panel
 
 
-def plan() -> None:
+def advanced() -> None:
+    """Add a sentence on the exactness of the picture with a button that improves it, the plan, and the accuracy."""
+    with panel("Advanced", "accuracy and plan", found="advanced"):
+        html.Div("{{ exactness.text }}", classes="text-body-2", **found_by("exactness", status=True))
+        v.VBtn(
+            "{{ exactness.label }}",
+            v_if="has_mesh",
+            color="primary",
+            classes="mt-2",
+            click=f"{CALLS.format('exactness')}",
+            disabled=("report.running",),
+            **found_by("improve"),
+        )
+        _accuracy()
+        _plan()
+
+
+@contextmanager
+def _section(title: str) -> Iterator[None]:
+    """Return a context whose elements are below a heading of the panel."""
+    with html.Div(classes="mt-4"):
+        html.H3(title, classes="text-subtitle-2 mb-1")
+        yield
+
+
+def _plan() -> None:
     """Add the table of effects, with those that are left out."""
-    with panel("Plan", "effects that run, and their cost"):
+    with _section("Plan: effects that run, and their cost"):
         number_input("accuracy.tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
         with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
@@ -29,16 +57,16 @@ def plan() -> None:
         )
 
 
-def accuracy() -> None:
+def _accuracy() -> None:
     """Add inputs for refined pictures, and the report of accuracy against time."""
-    with panel("Accuracy", "and its cost in time"):
+    with _section("Accuracy, and its cost in time"):
         with html.Div(classes="studio-row mt-0", title=("accuracy.refine.help",)):
             refine = "trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])"
             switch("refine", "accuracy.refine.set", "refine the view", refine)
             html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", status=True))
         with html.Div(v_if="accuracy.refine.set"):
             number_input("accuracy.refine", "refine-tolerance", "largest error")
-        html.H3("Report", classes="text-caption mt-3")
+        html.H4("Report", classes="text-caption mt-3")
         with html.Div(classes="studio-row"):
             typed_number("seconds", "s", label="time", classes="studio-number", found="report-seconds")
             v.VBtn(

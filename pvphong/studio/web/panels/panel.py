@@ -8,12 +8,14 @@ from contextlib import contextmanager
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
+from pvphong.studio.web.inputs import found_by
+
 
 @contextmanager
-def panel(title: str, note: str = "") -> Iterator[None]:
-    """Return a context whose elements are inputs of a new panel."""
+def panel(title: str, note: str = "", *, found: str = "") -> Iterator[None]:
+    """Return a context whose elements are inputs of a new panel. `found` is the `data-test` of the panel's heading."""
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
-        with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title):
+        with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title, **found_by(found)):
             if note:
                 html.Span(note, classes="studio-unit ml-2")
         with v.VExpansionPanelText():
