@@ -26,9 +26,12 @@ class Served:
 class Page:
     """A studio in a browser, or in a frame of another page."""
 
-    def __init__(self, driver, address, *, in_frame=False, is_unfolded=True):
+    def __init__(self, driver, address, *, in_frame=False, is_unfolded=True, is_new=False):
         self.driver = driver
         self.resize(900, 600)
+        if not is_new:
+            seen = "try { localStorage.setItem('pvphong studio welcome', '1') } catch { }"
+            driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": seen})
         driver.get(address)
         if in_frame:
             driver.switch_to.frame(0)

@@ -14,6 +14,7 @@ from trame.widgets import vuetify3 as v
 from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
+from pvphong.studio.web.panels import help
 from pvphong.studio.web.panels.accuracy import advanced
 from pvphong.studio.web.panels.files import files
 from pvphong.studio.web.panels.lights import lights
@@ -133,6 +134,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS) - 1))}
     own |= {"busy": False, "uploads": 0}
+    own |= help.STATE
     server.state.client_only(*own)
     server.state.update(
         own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
@@ -140,7 +142,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
-        client.Script(_KEYS + _STEPS + FINE + _ALT)
+        client.Script(_KEYS + _STEPS + FINE + _ALT + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
                 html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")
@@ -150,6 +152,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 ("fit-to-screen-outline", "fit", "Fit the model into the view", "trigger('fit')", {}),
                 ("vector-point-select", "gizmos", "Show or hide the gizmos", "trigger('gizmos')", {}),
                 ("theme-light-dark", "theme", "Switch between dark and light theme", "trigger('theme')", {}),
+                ("help-circle-outline", "help", "Keys and help (?)", "shows_keys = true", {}),
                 ("dock-right", "drawer", "Show or hide the panels", f"drawer = !({_DRAWN})", {}),
             ):
                 icon_button(f"mdi-{icon}", name, label, click, size="small", **more)
@@ -197,6 +200,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                     "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
                 )
         _notice()
+        help.welcome()
+        help.keys()
     return view
 
 

@@ -51,6 +51,7 @@ from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
+from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
 
@@ -136,7 +137,8 @@ class Studio:
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
-        names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
+        keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
+        names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first: dict[str, Any] = {"exactness": {"text": "", "label": "", "calls": []}}
         at_first |= {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}

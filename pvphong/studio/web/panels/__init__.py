@@ -2,5 +2,5 @@
 
 Read `panel` first, a heading that unfolds its inputs. The panels are, in the order of the page, `lights`, `mix`,
 `material`, `picture`, `accuracy` and `files`. `stage` has the buttons of the panel "Scene" for a stage. `over_view` has
-the cards over the view.
+the cards over the view, and `help` the welcome and the keys.
 """
