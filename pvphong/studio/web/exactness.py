@@ -1,4 +1,4 @@
-"""A sentence in plain words on how exact the picture is and what is left out, with the button that improves it."""
+"""The panel "Advanced" in words: how exact the picture is, what is left out, and the table of a plan."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.web.messages import Remedy
 from pvphong.studio.web.settings import Accuracy
@@ -79,3 +80,22 @@ def _left_out(plans: Sequence[Plan]) -> str:
             if match := _LEFT_OUT.search(decision.why):
                 found |= dict.fromkeys(match["what"].split("; "))
     return "; ".join(found)
+
+
+def rows_of(made: Plan) -> list[list[str]]:
+    """Return a row for each effect: name, on or off, reason, error bound, nanoseconds per vertex."""
+    rows = []
+    for effect in EFFECTS:
+        decision = made.effects[effect.name]
+        bound = f"{decision.bound:.2g}" if decision.bound else ""
+        cost = f"{effect.nanoseconds(decision):.1f}" if decision.on else ""
+        rows.append([effect.name, "on" if decision.on else "off", decision.why, bound, cost])
+    return rows
+
+
+def summary_of(made: Plan) -> str:
+    """Return a sentence on the error and the cost of a plan."""
+    error = f"off by at most {made.error_bound:.3g}" if made.error_bound else "exact"
+    cost = sum(effect.nanoseconds(made.effects[effect.name]) for effect in EFFECTS)
+    depends = "change" if made.view_dependent else "do not change"
+    return f"Colours are {error} and {depends} when the viewer moves. Cost: about {cost:.1f} ns per vertex."

@@ -16,6 +16,7 @@ from trame_pyvista.widgets import PyVistaRCAView
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels import help
 from pvphong.studio.web.panels.accuracy import advanced
+from pvphong.studio.web.panels.camera import camera
 from pvphong.studio.web.panels.files import files
 from pvphong.studio.web.panels.lights import lights
 from pvphong.studio.web.panels.material import materials
@@ -110,7 +111,7 @@ _ALT = """
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "picture", "scene", "files", "advanced")
+_PANELS = ("lights", "mix", "material", "scene", "camera", "picture", "files", "advanced")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -139,7 +140,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update(
         own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
     )
-    server.state.update({"seconds": 20, "width": 1920, "height": 1080})
+    server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE)
         client.Script(_KEYS + _STEPS + FINE + _ALT + help.SCRIPT)
@@ -175,10 +176,11 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 lights(kinds)
                 mix()
                 materials()
-                picture()
                 with panel("Scene"):
                     stage()
                     form("model")
+                camera()
+                picture()
                 files()
                 advanced()
         with (

@@ -38,14 +38,13 @@ from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
-from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
+from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
-from pvphong.studio.web.exactness import exactness
+from pvphong.studio.web.exactness import exactness, rows_of, summary_of
 from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
@@ -54,6 +53,7 @@ from pvphong.studio.web.page import build
 from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import thumbnail
+from pvphong.studio.web.turntable import Turntable, pictures_in
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
 """Seconds from a frame until the page is updated, from then until the plan is updated, and between two polls for
@@ -136,6 +136,8 @@ class Studio:
         self._measuring = Measuring(self._measured)
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
+        self._cameras = Cameras(subplot)
+        self._turntable = Turntable(self.show)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
@@ -174,9 +176,11 @@ class Studio:
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
             "set_stage": self.set_stage,
-            "fit": self.fit,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
+            "start_turntable": self.start_turntable,
+            "cancel_turntable": self._turntable.cancel,
+            **self._cameras.triggers,
         }
 
     def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
@@ -253,7 +257,17 @@ class Studio:
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
+        shown |= self._cameras.shown() | self._shown_turntable()
         return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
+
+    def _shown_turntable(self) -> dict[str, Any]:
+        """Return the progress of the turntable, and the address of the last one."""
+        turntable = self._turntable
+        address = f"turntable/{self._opening.file.stem}-{turntable.count}.gif" if turntable.gif else ""
+        return {
+            "turntable": None if turntable.part is None else round(100.0 * turntable.part),
+            "turntable_file": address,
+        }
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
@@ -323,7 +337,9 @@ class Studio:
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
                 plans.append(made)
-                shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
+                shown.append(
+                    {"name": self.document.mesh_name(mesh), "rows": rows_of(made), "accuracy": summary_of(made)}
+                )
         try:
             script = self.downloads.script()
         except ValueError as error:
@@ -393,12 +409,6 @@ class Studio:
         check.choice("kind", kind, ("", *get_args(Stage)))
         with self._active():
             return self.document.set_stage(kind)
-
-    def fit(self) -> None:
-        """Fit the meshes into the view; a stage does not count."""
-        with self._subplot.lit.without_bounds_of_stage():
-            self._subplot.renderer.reset_camera(render=False)  # each trigger ends with a frame
-        self._subplot.renderer.ResetCameraClippingRange()
 
     @property
     def downloads(self) -> Downloads:
@@ -475,11 +485,15 @@ class Studio:
     # -- numbers outside the document, and the accuracy report
 
     def type_number(self, name: Any, given: Any) -> None:
-        """Set a typed number: the report's "seconds", or "width" or "height" of a picture."""
+        """Set a typed number: the report's "seconds", "turntable_pictures", or "width" or "height" of a picture."""
         state = self.server.state
-        if check.choice("name", name, ("seconds", "width", "height")) == "seconds":
-            state.seconds = _seconds(given)
-            return
+        match check.choice("name", name, ("seconds", "turntable_pictures", "width", "height")):
+            case "seconds":
+                state.seconds = _seconds(given)
+                return
+            case "turntable_pictures":
+                state.turntable_pictures = pictures_in(given)
+                return
         size = {"width": state.width, "height": state.height} | {name: _whole(name, given)}
         refuse_size((size["width"], size["height"]))
         state.update(size)
@@ -519,6 +533,15 @@ class Studio:
             self._reports += 1
         with self.server.state as state:
             state.report = vars(report) | {"figure": f"report/{self._reports}.png" if report.figure else ""}
+
+    def start_turntable(self, pictures: Any) -> None:
+        """Start a turntable in the background. `pictures` is a number or text."""
+        self._turntable.start(self.downloads, pictures_in(pictures), self._done)
+        self.show()
+
+    async def _gif(self, _request: web.Request) -> web.StreamResponse:
+        gif = self._turntable.gif
+        return web.Response(body=gif, content_type="image/gif") if gif else web.Response(status=404)
 
     async def _figure(self, _request: web.Request) -> web.StreamResponse:
         figure = self._measuring.report.figure
@@ -568,6 +591,7 @@ class Studio:
         server.app.router.add_post("/paraview/", _no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
+        server.app.router.add_get("/turntable/{name}.gif", self._gif)
         server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
@@ -636,6 +660,7 @@ class Studio:
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()
+        self._turntable.cancel()
         await self._view.handler.close()
         await self._begun()  # a server that has not started cannot be stopped
         await self.server.stop()
@@ -667,22 +692,3 @@ async def _thumbnail(request: web.Request) -> web.StreamResponse:
     except ValueError:
         return web.Response(status=404)
     return web.Response(body=image, content_type="image/png", headers={"Cache-Control": "max-age=3600"})
-
-
-def _rows(made: Plan) -> list[list[str]]:
-    """Return a row for each effect: name, on or off, reason, error bound, nanoseconds per vertex."""
-    rows = []
-    for effect in EFFECTS:
-        decision = made.effects[effect.name]
-        bound = f"{decision.bound:.2g}" if decision.bound else ""
-        cost = f"{effect.nanoseconds(decision):.1f}" if decision.on else ""
-        rows.append([effect.name, "on" if decision.on else "off", decision.why, bound, cost])
-    return rows
-
-
-def _accuracy(made: Plan) -> str:
-    """Return a sentence on the error and the cost of a plan."""
-    error = f"off by at most {made.error_bound:.3g}" if made.error_bound else "exact"
-    cost = sum(effect.nanoseconds(made.effects[effect.name]) for effect in EFFECTS)
-    depends = "change" if made.view_dependent else "do not change"
-    return f"Colours are {error} and {depends} when the viewer moves. Cost: about {cost:.1f} ns per vertex."
