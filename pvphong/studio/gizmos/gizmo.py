@@ -161,6 +161,10 @@ class Gizmos:
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
         self.hovered: tuple[Gizmo, str] | None = None
         """The gizmo under the cursor and the name of its handle."""
+        self.listed: Gizmo | None = None
+        """The gizmo whose row is pointed at in a list of lights, outside of the view."""
+        self.awaits_click: Gizmo | None = None
+        """The gizmo whose highlight the next click on a lit mesh places."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
         """The lights' values when they got a gizmo; kept for lights that are deleted and restored."""
@@ -283,11 +287,12 @@ class Gizmos:
 
         for gizmo, highlight in highlights.items():
             shown, handle = gizmo.in_scene(view), active[1] if active and active[0] is gizmo else None
-            light = shown.light
+            light, is_pointed_at = shown.light, handle is not None or gizmo is self.listed
             drawing.color, drawing.edge = hue(light), DARK_EDGE if light.on else LIGHT_EDGE
-            shown.draw(drawing, gizmo.is_selected or handle is not None, handle)
-            if mark(gizmo) and is_movable(light):
-                drawing.label(shown.origin, mark(gizmo), 18.0)
+            shown.draw(drawing, gizmo.is_selected or is_pointed_at, handle)
+            label = ", ".join(filter(None, [called(light) if is_pointed_at else "", mark(gizmo)]))
+            if label and is_movable(light):
+                drawing.label(shown.origin, label, 18.0)
             for name, point in shown.points(view).items():
                 if name not in ("position", ORIGIN) or handle == name:  # the icon marks it
                     drawing.handle(point, hovered=name == handle)

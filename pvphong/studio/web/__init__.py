@@ -7,8 +7,9 @@ Read in this order:
 2. `kinds`: lights and reflectances by name. `coloring`: the choice of an array and its colormap. `mix`: faders, which
    scale each light's contribution.
 3. `opening`: the file that is shown, and lights that fit it when another is opened. `staging`: the stage under it.
-   `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
-   undo history for panels and gizmos.
+   `new_light`: the place and the intensity of a new light. `placing`: a light's angles and distance about its target.
+   `skies`: images of environment lights. `document`: the editable values, named by keys, with one undo history for
+   panels and gizmos.
 4. `words`: the names of fields on the page. `messages`: errors in these words. `inputs`, `panels` and `page`: Vuetify's
    components around the view.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
@@ -23,7 +24,7 @@ An edit goes from `inputs` through `access` and `studio` to `document`. `documen
 `document` then sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Finally,
 `studio` requests a frame, before which `lit_actors` updates the lit meshes.
 
-Only `inputs`, `panels`, `page`, `access`, `studio` and `serving` depend on a server.
+Only `inputs`, `panels`, `page`, `access`, `thumbnails`, `studio` and `serving` depend on a server.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from pvphong.base.display import Display
 from pvphong.base.types import rgb
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
-from pvphong.optics.lights import LIGHT_TYPES, vtk_values
+from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
@@ -40,12 +40,14 @@ from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
-from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops, number_in
+from pvphong.studio.web.fields import edited, field_of, form_of, has_stops, number_in
 from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening
+from pvphong.studio.web.placing import placed, placing_of
 from pvphong.studio.web.settings import Accuracy, Background, Surfaces
+from pvphong.studio.web.skies import image_in, with_image
 from pvphong.studio.web.staging import Staging
 from pvphong.studio.web.words import LIGHTS, in_words
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
@@ -303,6 +305,8 @@ class Document:
                 self._phong.display = change(self._phong.display, name)
             case "light", number, name:
                 self._set_light(self._light(number), name, change)
+            case "place", number, name:
+                self._place(self._light(number), name, change)
             case "fader", number, name:
                 light = self._light(number)
                 self.mix.faders[light] = change(self.mix.fader(light), name)
@@ -323,6 +327,16 @@ class Document:
         after: Light = change(before, name)
         if after.frame != before.frame:  # keep its position in the world
             after = before.in_world(viewer).in_frame(after.frame, viewer)
+        self._subplot.lights.set(renderer_light, after)
+
+    def _place(self, renderer_light: RendererLight, name: str, change: Callable[[Any, str], Any]) -> None:
+        """Change azimuth, elevation or distance of a light about its target."""
+        view = self.gizmos.view
+        shown = self.gizmos.of(renderer_light).in_scene(view)
+        placing = placing_of(shown)
+        if placing is None:
+            check.refuse("light", called(shown.light), "a light with a place or a direction")
+        after = placed(shown, change(placing, name)).in_frame(renderer_light.light(view.viewer).frame, view.viewer)
         self._subplot.lights.set(renderer_light, after)
 
     # -- lights
@@ -405,20 +419,22 @@ class Document:
         """
         renderer_light = self._light(number)
         before = renderer_light.light(self._subplot.lights.viewer)
-        names = [field.name for field in fields_of(type(before)) if field.takes == "image"]
-        if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
-            check.refuse("image", f"a file for {called(before)}", "an image file for an environment light")
-        width, height, _ = image.dimensions
-        texels = np.asarray(image.active_scalars).reshape(height, width, -1)[::-1, :, :3]
-        if texels.dtype == np.uint8:
-            given: Any = pv.Texture(np.ascontiguousarray(texels))
-            given.SetUseSRGBColorSpace(True)
-        else:
-            given = np.ascontiguousarray(texels, np.float32)
-        changed = await asyncio.to_thread(_with_image, before, names[0], given)
+        name, given = image_in(image, before)
+        changed = await asyncio.to_thread(with_image, before, name, given)
         with self._step():  # on the light's current value
-            now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
+            now, changes = self._light(number), {name: getattr(changed, name)}
             now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
+
+    def highlight_here(self, number: Any) -> None:
+        """Let the next click on a lit mesh place the highlight of a light, or no longer, if that was so already."""
+        gizmos, gizmo = self.gizmos, self.gizmos.of(self._light(number))
+        gizmos.select(gizmo)
+        gizmos.awaits_click = None if gizmos.awaits_click is gizmo else gizmo
+        gizmos.notice = f"click where the highlight of {called(gizmo.light)} should be" if gizmos.awaits_click else ""
+
+    def point_at(self, number: Any) -> None:
+        """Mark the gizmo of a light whose row is pointed at; None marks none."""
+        self.gizmos.listed = None if number is None else self.gizmos.of(self._light(number))
 
     def select(self, number: Any) -> None:
         """Select a light in the list and in the view. None deselects the selected light."""
@@ -584,6 +600,14 @@ class Document:
 
     # -- values for the page
 
+    def _placing_form(self, renderer_light: RendererLight, number: int) -> list[dict[str, Any]]:
+        """Return the entries for the place of a light about its target; empty if it has none."""
+        placing = placing_of(self.gizmos.of(renderer_light).in_scene(self.gizmos.view))
+        if placing is None:
+            return []
+        entries = form_of(placing, f"place.{number}", self._middles)
+        return [entry for entry in entries if entry["set"]]
+
     def shown(self) -> dict[str, Any]:
         """Return all values for the page: name in the page's state → value."""
         moving = None if self._sliding is None else self._sliding[0]
@@ -606,6 +630,8 @@ class Document:
                     "fader": form_of(self.mix.fader(each), f"fader.{number}", self._middles) if self.mix.is_on else [],
                     "fader_soloed": each is self.mix.soloed,
                     **{name: entries[name] for name in _IN_ROW},
+                    "hovered": gizmos.hovered is not None and gizmos.hovered[0].renderer_light is each,
+                    "placing": self._placing_form(each, number) if is_selected else [],
                     "fields": [entry for name, entry in entries.items() if is_selected and name not in _IN_ROW],
                 }
             )
@@ -637,21 +663,13 @@ class Document:
             "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "stage": self.staging.kind,
+            "aiming": gizmos.awaits_click is not None,
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
             "mix_ms": round(1e3 * self.mix.seconds, 1),
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }
-
-
-def _with_image(light: Light, name: str, image: Any) -> Light:
-    changes: dict[str, Any] = {name: image}
-    changed = replace(light, **changes)
-    # Both calls cache slow computations with the image. Done here, these do not block the thread that draws.
-    vtk_values(changed)
-    changed.bands  # noqa: B018
-    return changed
 
 
 def _slid(given: Any, value: Any, name: str) -> Any:

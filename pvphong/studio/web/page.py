@@ -65,6 +65,8 @@ html { overflow: hidden !important }
 .v-application .studio-jump .v-btn { padding: 0 4px; min-width: 0; letter-spacing: 0 }
 .studio-light { border-color: rgba(128, 128, 128, .35) }
 .studio-selected { border-color: rgb(var(--v-theme-primary)); box-shadow: 0 0 0 1px rgb(var(--v-theme-primary)) }
+.studio-hovered { background: rgba(var(--v-theme-primary), .16) }
+.studio-aiming, .studio-aiming * { cursor: crosshair !important }
 .studio-panels .v-expansion-panel-title, .studio-panels .v-expansion-panel--active > .v-expansion-panel-title {
   min-height: 38px; padding: 6px 16px; font-weight: 500 }
 .studio-panels .v-expansion-panel { border-bottom: 1px solid rgba(128, 128, 128, .25) }
@@ -187,7 +189,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
             html.Div(
-                classes="studio-view",
+                classes=("'studio-view' + (aiming ? ' studio-aiming' : '')",),
                 raw_attrs=[
                     *found_by("view", "View of the model with gizmos; press h for the keys")["raw_attrs"],
                     _TEXT,

@@ -40,7 +40,7 @@ from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.web.access import Access, Messages, upload
+from pvphong.studio.web.access import Access, Messages, no_launcher, upload
 from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
@@ -52,7 +52,7 @@ from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
 from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
-from pvphong.studio.web.thumbnails import thumbnail
+from pvphong.studio.web.thumbnails import answer
 from pvphong.studio.web.turntable import Turntable, pictures_in
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
@@ -83,6 +83,7 @@ _EDITS = (
         "select",
         "choose_material",
         "choose_reflectance",
+        "highlight_here",
     ),
     "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
@@ -147,6 +148,7 @@ class Studio:
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
+        self._triggers["point_at"] = self._point_at
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
         kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
@@ -199,6 +201,12 @@ class Studio:
             self._done(said, buttons)
 
         return trigger
+
+    def _point_at(self, number: Any = None) -> None:
+        """Mark the light whose row is pointed at. A message with its buttons stays, unlike after other triggers."""
+        with suppress(ValueError):  # the light was deleted
+            self.document.point_at(number)
+            self.draw()
 
     def _done(self, said: Any, buttons: Sequence[Remedy] = ()) -> None:
         """Show the message of an action, if any. Request a frame and an update of the page."""
@@ -588,11 +596,11 @@ class Studio:
             await messages.disconnectClients()
 
         server.app.on_shutdown.append(end)
-        server.app.router.add_post("/paraview/", _no_launcher)
+        server.app.router.add_post("/paraview/", no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
         server.app.router.add_get("/turntable/{name}.gif", self._gif)
-        server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
+        server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
             ("rig", (".json",), self._take_rig),
@@ -675,20 +683,3 @@ def _whole(name: str, given: Any) -> int:
     """Return a whole number, from a number or text."""
     number = number_in(name, given)
     return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
-
-
-async def _no_launcher(_request: web.Request) -> web.StreamResponse:
-    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
-
-    The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
-    """
-    return web.Response(status=204)
-
-
-async def _thumbnail(request: web.Request) -> web.StreamResponse:
-    """Answer a request for the thumbnail of a material or reflectance."""
-    try:
-        image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
-    except ValueError:
-        return web.Response(status=404)
-    return web.Response(body=image, content_type="image/png", headers={"Cache-Control": "max-age=3600"})

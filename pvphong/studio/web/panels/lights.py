@@ -50,7 +50,13 @@ def lights(kinds: Mapping[str, str]) -> None:
             v_for="light in lights",
             key=("light.number",),
             variant="outlined",
-            classes=("'studio-light mt-3 pa-2' + (light.selected ? ' studio-selected' : '')",),
+            classes=(
+                "'studio-light mt-3 pa-2' + (light.selected ? ' studio-selected' : '')"
+                " + (light.hovered ? ' studio-hovered' : '')",
+            ),
+            __events=["mouseenter", "mouseleave"],
+            mouseenter="trigger('point_at', [light.number])",
+            mouseleave="trigger('point_at', [null])",
             click="light.selected || trigger('select', [light.number])",
             ripple=False,
             **found_by("light-row", ("'Light ' + light.called",)),
@@ -68,6 +74,26 @@ def lights(kinds: Mapping[str, str]) -> None:
                     change="trigger('set_temperature', [light.number, $event.target.value])",
                     **found_by("temperature"),
                 )
+                with html.Div(classes="studio-buttons mt-3", v_if="light.placing.length"):
+                    v.VBtn(
+                        "shine from here",
+                        prepend_icon="mdi-camera-marker-outline",
+                        click="trigger('act', ['to camera', light.number])",
+                        title="Move the light to the camera, and aim it at what the camera looks at (key k)",
+                        **found_by("shine-from-here"),
+                    )
+                    v.VBtn(
+                        "highlight here …",
+                        prepend_icon="mdi-target",
+                        color=("aiming ? 'primary' : undefined",),
+                        click="trigger('highlight_here', [light.number])",
+                        title="Then click in the view where the highlight should be (key H: under the cursor)",
+                        raw_attrs=[
+                            *found_by("highlight-here", "Put the highlight where you click next")["raw_attrs"],
+                            ':aria-pressed="aiming"',
+                        ],
+                    )
+                form("light.placing")
                 form("light.fields")
 
 
