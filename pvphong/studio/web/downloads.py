@@ -226,8 +226,7 @@ class Downloads:
         if self.stage is not None and self.stage.stage is not None:
             bounds, kind, viewer = self.stage.stage
             stage = f"ph.stage({bounds}, {kind!r}, {python_of(viewer)})"
-            name = next(iter(self.meshes))
-            blocks = [f"mesh = pv.MultiBlock({{{name!r}: mesh, {STAGE!r}: {stage}}})"] if is_single else []
+            blocks = [f"mesh = pv.MultiBlock({{'mesh': mesh, {STAGE!r}: {stage}}})"] if is_single else []
             lines[1:1] = blocks or [f"mesh[{STAGE!r}] = {stage}"]
         lines += [f"lit = mesh.phong.shade(scene, {given})"]
         lines += self._picture_lines(given)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
@@ -32,7 +32,7 @@ class Exactness(NamedTuple):
     improve: Remedy
 
 
-def exactness(plans: Sequence[Plan], accuracy: Accuracy, seconds: Any) -> Exactness:
+def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) -> Exactness:
     """Return the sentence for the plans of all visible meshes.
 
     Parameters
@@ -41,13 +41,15 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, seconds: Any) -> Exactn
         The plans.
     accuracy : Accuracy
         Tolerance of the plans, and of refined pictures.
-    seconds : float
-        Time limit of a measurement.
+    is_refined : bool
+        True if refining has reached its tolerance.
     """
     error = max((plan.error_bound for plan in plans), default=0.0)
     at_points = f"within {_in_steps(error)} of the exact colour" if error else "exact"
     if accuracy.refine is None:
         between = "between them colours are blended, so edges of shadows may look ragged"
+    elif not is_refined:
+        between = "between them colours are blended, as refining is not complete"
     else:
         between = f"between them within {_in_steps(accuracy.refine)}"
     left_out = _left_out(plans)
@@ -58,7 +60,7 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, seconds: Any) -> Exactn
     elif error or accuracy.tolerance:
         improve = Remedy("Leave nothing out", [["edit", ["accuracy.tolerance", 0]]])
     else:
-        improve = Remedy("Check it by a measurement", [["report", [seconds]]])
+        improve = Remedy("Check it by a measurement", [["report", []]])
     return Exactness(text, improve)
 
 

@@ -45,7 +45,7 @@ html { overflow: hidden !important }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
 .v-application .v-btn:not(.v-btn--icon),
 .v-overlay-container .v-btn:not(.v-btn--icon) { text-transform: none; min-width: 0; padding: 0 8px }
-.studio-number { flex: 0 0 142px }
+.studio-number { flex: 0 0 164px }
 .studio-numbers { display: flex; gap: 6px }
 .studio-buttons { display: flex; flex-wrap: wrap; gap: 4px }
 .studio-row { display: flex; align-items: center; gap: 8px; margin-top: 10px }

@@ -38,6 +38,7 @@ from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
+from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, no_launcher, upload
@@ -133,6 +134,7 @@ class Studio:
         plotter.render_window.SetMultiSamples(0)  # on a CPU, a frame with four samples takes five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
+        self._plans: list[Plan] = []
         self._serving: Any = None
         self._measuring = Measuring(self._measured)
         self._measured_matrix: Float64Array | None = None
@@ -143,8 +145,11 @@ class Studio:
         keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
-        at_first: dict[str, Any] = {"exactness": {"text": "", "label": "", "calls": []}}
-        at_first |= {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
+        at_first: dict[str, Any] = {
+            "plan": {"accuracy": "", "meshes": []},
+            "script": "",
+            "report": vars(Report()) | {"figure": ""},
+        }
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
@@ -286,7 +291,15 @@ class Studio:
             "refining": round(100.0 * min(each.part for each in awaited)) if awaited else None,
             "refining_paused": any(each.is_paused for each in awaited),
             "refined": self._refined(),
+            "exactness": self._exactness(),
         }
+
+    def _exactness(self) -> dict[str, Any]:
+        """Return the sentence on how exact the picture is, and its button."""
+        refining = self._subplot.lit.refining.values()
+        is_refined = all(each.reached is not None and not each.is_awaited and not each.reason for each in refining)
+        exact = exactness(self._plans, self.document.accuracy, is_refined=is_refined)
+        return {"text": exact.text, **exact.improve._asdict()}
 
     def _refined(self) -> str:
         """Return a text on the refined picture that is shown; "" if nothing is refined."""
@@ -337,7 +350,7 @@ class Studio:
         )
         if known == self._planned_for:
             return
-        self._planned_for, shown, plans = known, [], []
+        self._planned_for, shown, plans = known, [], list[Plan]()
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
@@ -352,9 +365,9 @@ class Studio:
             script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
+        self._plans = plans
         with self.server.state as state:
-            exact = exactness(plans, self.document.accuracy, state.seconds)
-            state.exactness = {"text": exact.text, **exact.improve._asdict()}
+            state.exactness = self._exactness()
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
             state.script = script
         self._save()
@@ -506,15 +519,15 @@ class Studio:
         refuse_size((size["width"], size["height"]))
         state.update(size)
 
-    def measure(self, seconds: Any) -> None:
+    def measure(self, seconds: Any = None) -> None:
         """Start measuring accuracy against time, in the background.
 
         Parameters
         ----------
-        seconds : float or str
-            Time limit, as a number or text.
+        seconds : float or str, optional
+            Time limit, as a number or text; by default the one on the page.
         """
-        seconds = _seconds(seconds)
+        seconds = _seconds(self.server.state.seconds if seconds is None else seconds)
         meshes = self._subplot.lit.subjects
         if not meshes:
             check.refuse("mesh", "none", "open", "Open a mesh first.")

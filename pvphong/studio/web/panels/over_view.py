@@ -17,7 +17,9 @@ def awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on:
     """
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):
-            html.Span(f"{{{{ {paused} ? 'paused' : '{doing}' }}}}", classes="text-body-2", **found_by("", status=True))
+            html.Span(
+                f"{{{{ {paused} ? 'paused: ' : '' }}}}{doing}", classes="text-body-2", **found_by("", status=True)
+            )
             html.Span(f"{{{{ {name} }}}} %", classes="text-body-2", **found_by(f"{name}-percent"))
             v.VSpacer()
             if go_on:
