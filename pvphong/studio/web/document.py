@@ -624,7 +624,8 @@ class Document:
                 {
                     "number": number,
                     "called": called(light),
-                    "kind": LIGHTS.get(kind_of(light), kind_of(light)),
+                    "kind": (kind := kind_of(light)),
+                    "kind_label": LIGHTS.get(kind, kind),
                     "selected": is_selected,
                     "soloed": each is soloed,
                     "fader": form_of(self.mix.fader(each), f"fader.{number}", self._middles) if self.mix.is_on else [],

@@ -105,11 +105,11 @@ def _light_head() -> None:
     v.VTextField(
         model_value=("light.name.value",),
         key=("light.name.key + refusals",),
-        label=("light.kind",),
+        label=("light.kind_label",),
         placeholder="no name",
         classes="studio-name",
         change="trigger('edit', [light.name.key, $event.target.value])",
-        **found_by("light-name", ("'Name of the light, ' + light.kind",)),
+        **found_by("light-name", ("'Name of the light, ' + light.kind_label",)),
     )
     icon_button(
         ("light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",),
