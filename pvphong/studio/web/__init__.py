@@ -24,7 +24,7 @@ An edit goes from `inputs` through `access` and `studio` to `document`. `documen
 `document` then sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Finally,
 `studio` requests a frame, before which `lit_actors` updates the lit meshes.
 
-Only `inputs`, `panels`, `page`, `access`, `thumbnails`, `studio` and `serving` depend on a server.
+Only `inputs`, `panels`, `page`, `access`, `thumbnails`, `turntable`, `studio` and `serving` depend on a server.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
@@ -98,6 +98,11 @@ class Downloads:
         shadows and the light that it reflects.
     picture : Picture, optional
         Options of the picture.
+    refined : mapping, optional
+        Name → refined mesh with its colours, if the view shows the meshes refined; the picture shows these then. For a
+        display transform, the colours must not be clamped.
+    refine : float, optional
+        Tolerance of the refined meshes.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -109,6 +114,8 @@ class Downloads:
     is_as_shown: bool = False
     stage: LitMesh | None = None
     picture: Picture = _PICTURE
+    refined: Mapping[str, pv.PolyData] = field(default_factory=dict)
+    refine: float | None = None
 
     def __post_init__(self) -> None:
         self.stem = re.sub(r"[^\w.-]+", "-", self.stem).strip(".-") or "mesh"
@@ -245,16 +252,20 @@ class Downloads:
 
         As in `write`, the light model of a picture does not clamp before a display transform.
         """
-        look, lines, drawn = self.picture, [], "lit"
+        look, lines, drawn, scene = self.picture, list[str](), "lit", "scene"
         if look.display != _PLAIN and self.scene.light_model.clamp:
-            model = "replace(scene.light_model, clamp=False)"
-            lines, drawn = [f"shown = mesh.phong.shade(replace(scene, light_model={model}), {given})"], "shown"
+            scene = "replace(scene, light_model=replace(scene.light_model, clamp=False))"
+        if self.refined:
+            refined = {name: value for name, value in self.options.items() if name in ("feature_angle", "matrix")}
+            options = ", ".join(f"{name}={value!r}" for name, value in {"tolerance": self.refine, **refined}.items())
+            lines, drawn = [f"shown = mesh.phong.refine({scene}, material, {options})"], "shown"
+        elif scene != "scene":
+            lines, drawn = [f"shown = mesh.phong.shade({scene}, {given})"], "shown"
         if (matrix := self.options.get("matrix")) is not None:
             drawn = f"{drawn}.transform(np.array({matrix}), inplace=False)"
-        options = [f"{drawn}.phong.save(", f'"{self.stem}.png", viewer=scene.viewer, size={look.size}']
-        options += [f", background={look.background!r}"]
-        options += [f", display={python_of(look.display)}"] if look.display != _PLAIN else []
-        return [*lines, "".join([*options, ")"])]
+        how = [f'"{self.stem}.png"', "viewer=scene.viewer", f"size={look.size}", f"background={look.background!r}"]
+        how += [f"display={python_of(look.display)}"] if look.display != _PLAIN else []
+        return [*lines, f"{drawn}.phong.save({', '.join(how)})"]
 
     def write(self, what: str, folder: Path) -> Path:
         """Write one of `FILES` into a folder and return its path.
@@ -289,7 +300,9 @@ class Downloads:
 
     @property
     def _for_picture(self) -> Any:
-        """The lit mesh or blocks for a picture: as in the view, nothing is clamped before a display transform."""
+        """The lit mesh or blocks for a picture, refined if the view is. Nothing is clamped before a display."""
+        if self.refined and not self.is_as_shown:
+            return next(iter(self.refined.values())) if len(self.refined) == 1 else pv.MultiBlock(dict(self.refined))
         if self.picture.display == _PLAIN or self.is_as_shown:
             return self.pictured
         model = self.scene.light_model

@@ -44,7 +44,7 @@ from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, no_launcher, upload
 from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, Picture, reading_file
+from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Picture, reading_file
 from pvphong.studio.web.exactness import exactness, rows_of, summary_of
 from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
@@ -270,17 +270,8 @@ class Studio:
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
-        shown |= self._cameras.shown() | self._shown_turntable()
+        shown |= self._cameras.shown() | self._turntable.shown(self._opening.file.stem)
         return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
-
-    def _shown_turntable(self) -> dict[str, Any]:
-        """Return the progress of the turntable, and the address of the last one."""
-        turntable = self._turntable
-        address = f"turntable/{self._opening.file.stem}-{turntable.count}.gif" if turntable.gif else ""
-        return {
-            "turntable": None if turntable.part is None else round(100.0 * turntable.part),
-            "turntable_file": address,
-        }
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
@@ -296,9 +287,7 @@ class Studio:
 
     def _exactness(self) -> dict[str, Any]:
         """Return the sentence on how exact the picture is, and its button."""
-        refining = self._subplot.lit.refining.values()
-        is_refined = all(each.reached is not None and not each.is_awaited and not each.reason for each in refining)
-        exact = exactness(self._plans, self.document.accuracy, is_refined=is_refined)
+        exact = exactness(self._plans, self.document.accuracy, is_refined=self._is_refined)
         return {"text": exact.text, **exact.improve._asdict()}
 
     def _refined(self) -> str:
@@ -347,6 +336,7 @@ class Studio:
             [(mesh, mesh.material, mesh.geometry()) for mesh in meshes],
             self.document.accuracy,
             self._picture,
+            self._is_refined,
         )
         if known == self._planned_for:
             return
@@ -442,7 +432,21 @@ class Studio:
         file, scene = self._opening.file, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
-        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown, stage, self._picture)
+        found = Downloads(
+            meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown, stage, self._picture
+        )
+        if self._is_refined:
+            names = {mesh: name for name, mesh in meshes.items()} | ({} if stage is None else {stage: STAGE})
+            refining = self._subplot.lit.refining
+            found.refined = {name: refining[mesh].result() for mesh, name in names.items()}
+            found.refine = self.document.accuracy.refine
+        return found
+
+    @property
+    def _is_refined(self) -> bool:
+        """True if the view shows all meshes refined within the tolerance."""
+        refining = self._subplot.lit.refining
+        return bool(refining) and all(mesh in refining and refining[mesh].is_within for mesh in self._subplot.lit.shown)
 
     @property
     def _picture(self) -> Picture:
@@ -560,10 +564,6 @@ class Studio:
         self._turntable.start(self.downloads, pictures_in(pictures), self._done)
         self.show()
 
-    async def _gif(self, _request: web.Request) -> web.StreamResponse:
-        gif = self._turntable.gif
-        return web.Response(body=gif, content_type="image/gif") if gif else web.Response(status=404)
-
     async def _figure(self, _request: web.Request) -> web.StreamResponse:
         figure = self._measuring.report.figure
         return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
@@ -612,7 +612,7 @@ class Studio:
         server.app.router.add_post("/paraview/", no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
-        server.app.router.add_get("/turntable/{name}.gif", self._gif)
+        server.app.router.add_get("/turntable/{name}.gif", self._turntable.answer)
         server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
@@ -681,7 +681,7 @@ class Studio:
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()
-        self._turntable.cancel()
+        self._turntable.release()
         await self._view.handler.close()
         await self._begun()  # a server that has not started cannot be stopped
         await self.server.stop()

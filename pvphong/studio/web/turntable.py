@@ -10,9 +10,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pyvista as pv
+from aiohttp import web
 
 from pvphong.base import check
 from pvphong.base.types import Float64Array
@@ -75,6 +77,18 @@ class Turntable:
         """Number of turntables that were drawn."""
         self._changed = changed
         self._task: asyncio.Task[None] | None = None
+        self._is_released = False
+
+    def shown(self, stem: str) -> dict[str, Any]:
+        """Return the values for the page: the progress in per cent, and the address of the last turntable. `stem` is
+        the beginning of its name.
+        """
+        address = f"turntable/{quote(stem)}-{self.count}.gif" if self.gif else ""
+        return {"turntable": None if self.part is None else round(100.0 * self.part), "turntable_file": address}
+
+    async def answer(self, _request: web.Request) -> web.StreamResponse:
+        """Answer a request for the last turntable."""
+        return web.Response(body=self.gif, content_type="image/gif") if self.gif else web.Response(status=404)
 
     def start(self, downloads: Downloads, pictures: int, done: Callable[[str], None]) -> None:
         """Start to draw. The camera begins at the present view, and keeps its height and distance.
@@ -110,6 +124,11 @@ class Turntable:
         if self._task is not None:
             self._task.cancel()
 
+    def release(self) -> None:
+        """Cancel the turntable that is being drawn, without a message."""
+        self._is_released = True
+        self.cancel()
+
     async def _draw(self, downloads: Downloads, pictures: int, done: Callable[[str], None]) -> None:
         said = ""
         try:
@@ -123,8 +142,9 @@ class Turntable:
         except ValueError as error:
             said = str(error)
         self.part = None
-        self._changed()
-        done(said)
+        if not self._is_released:
+            self._changed()
+            done(said)
 
     async def _write(self, downloads: Downloads, pictures: int, path: Path) -> None:
         """Draw the pictures in a plotter of their own. Lighting is computed in another thread, so that the page stays

@@ -18,8 +18,8 @@ def files() -> None:
         with html.Div(classes="studio-buttons mt-1"):
             single = "mesh_count < 2"
             _take("rig", "rig", "Lights, viewer, light model and materials as .json, for pvphong --scene")
-            _take("vtp", "mesh .vtp", "The lit mesh, with float colours", v_if=single)
-            _take("ply", "mesh .ply", "The lit mesh, with 8-bit colours", v_if=single)
+            _take("vtp", "mesh .vtp", "The lit mesh without the stage, with float colours", v_if=single)
+            _take("ply", "mesh .ply", "The lit mesh without the stage, with 8-bit colours", v_if=single)
             _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, with float colours", v_if="mesh_count > 1")
             _take("glb", "glTF", "The lit mesh with its colours as .glb, for other programs")
             _take("py", "Python", "The script below, as a file")
@@ -28,7 +28,7 @@ def files() -> None:
                 typed_number(side, "px", classes="studio-size", found=f"picture-{side}")
             width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
             size = f"?width=' + {width} + '&height=' + {height} + '"
-            _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
+            _take("png", "picture .png", "The view without gizmos, in this size; refined, if the view is", size)
         html.H3("Python script that reproduces the colours exactly", classes="text-caption mt-3")
         v.VTextarea(
             model_value=("script",),
