@@ -57,6 +57,8 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) ->
     text += f"left out: {left_out}." if left_out else "nothing is left out."
     if accuracy.refine is None:
         improve = Remedy("Refine between the points", [["edit", ["accuracy.refine", _STEP]]])
+    elif not is_refined:
+        improve = Remedy("Go on refining", [["go_on_refining", []]])
     elif error or accuracy.tolerance:
         improve = Remedy("Leave nothing out", [["edit", ["accuracy.tolerance", 0]]])
     else:

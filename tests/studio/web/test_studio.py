@@ -189,6 +189,33 @@ def test_the_script_of_blocks_lights_them_as_the_studio_does(new_plotter, tmp_pa
         np.testing.assert_array_equal(saved["phong"], lit["phong"])
 
 
+def test_the_script_of_blocks_on_a_stage_lights_them_as_the_studio_does(new_plotter, tmp_path, monkeypatch):
+    plotter, blocks = new_plotter((64, 48)), blocks_in(tmp_path / "part.vtm")
+    plotter.phong.add_light(ph.DirectionalLight((0, 0.3, -1)))
+    first, *_ = plotter.phong.add_mesh(blocks, name="part")
+    plotter.phong.mesh(first).shared_material = SharedMaterial(GOLD)
+    plotter.show(auto_close=False)
+
+    def act(studio):
+        assert "Shadows are on now" in studio.set_stage("ground")
+        studio.server.state.update({"width": 64, "height": 48})
+        assert list(studio.document.materials)[-1] == "stage"
+        return studio.downloads
+
+    downloads = in_a_studio(plotter, act)
+    monkeypatch.chdir(tmp_path)
+    drawn = pv.read(downloads.write("png", tmp_path)).active_scalars.astype(int)
+    downloads.save_rig(tmp_path / "rig.json")
+    (tmp_path / "part.png").unlink()
+    exec(compile(downloads.script(), "script", "exec"), {})
+    saved = pv.read(tmp_path / "part-lit.vtkhdf")
+    assert len(saved) == len(blocks)
+    for block, lit in zip(saved, leaves(downloads.lit), strict=True):
+        np.testing.assert_array_equal(block["phong"], lit["phong"])
+    assert np.abs(pv.read(tmp_path / "part.png").active_scalars.astype(int) - drawn).max() <= 1
+    assert "stage" not in ph.load_materials(tmp_path / "rig.json")
+
+
 @pytest.mark.parametrize("stage", ["", "ground"])
 def test_the_picture_is_refined_as_the_view_is_and_its_script_too(new_plotter, tmp_path, monkeypatch, stage):
     ball, plotter = pv.Sphere(theta_resolution=12, phi_resolution=12), new_plotter((160, 120))
