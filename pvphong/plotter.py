@@ -22,7 +22,7 @@ from pvphong.base.handles import Handle
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.glance import warn_of_normals
 from pvphong.meshes.pictures import refuse_colouring, vertex_opacity, with_opacity
-from pvphong.meshes.stages import Stage, stage
+from pvphong.meshes.stages import Stage, StageOptions
 from pvphong.meshes.surfaces import FeatureAngle, surface
 from pvphong.optics.lights import Light
 from pvphong.optics.material import Material
@@ -280,13 +280,21 @@ class PlotterPhong(Handle):
         >>> plotter.close()
         """
         lit, renderer = self._subplot.lit, self._subplot.renderer
-        bounds = [mesh.actor.bounds for mesh in lit.shown if mesh.actor is not None and lit.name_of(mesh) != "stage"]
+        bounds = [mesh.actor.bounds for mesh in lit.subjects if mesh.actor is not None]
         if not bounds:
             check.refuse("plotter", "one without a lit mesh", "a plotter that shows a lit mesh", "Call add_mesh first.")
         low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
         viewer = self._subplot.lights.viewer if renderer.camera_set else None  # else PyVista's default view comes later
-        made = stage(np.stack([low, high], axis=1).ravel(), kind, viewer)
-        return self.add_mesh(made, _STAGE if material is None else material, name="stage", reset_camera=False)
+        options = StageOptions(tuple(np.stack([low, high], axis=1).ravel().tolist()), kind, viewer)
+        actor: pv.Actor = self.add_mesh(
+            options.make(),
+            _STAGE if material is None else material,
+            feature_angle=lit.subjects[0].feature_angle,  # so that one call of `shade` can light both
+            name="stage",
+            reset_camera=False,
+        )
+        self._drawn(actor)[1].stage = options
+        return actor
 
     def mesh(self, actor: pv.Actor) -> MeshHandle:
         """Return a handle to a lit mesh. Set the handle's `material`, or fields of the material, to change the mesh.

@@ -26,15 +26,27 @@ class Served:
 class Page:
     """A studio in a browser, or in a frame of another page."""
 
-    def __init__(self, driver, address, *, in_frame=False):
+    def __init__(self, driver, address, *, in_frame=False, is_unfolded=True, is_new=False):
         self.driver = driver
         self.resize(900, 600)
+        if not is_new:
+            seen = "try { localStorage.setItem('pvphong studio welcome', '1') } catch { }"
+            driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": seen})
         driver.get(address)
         if in_frame:
             driver.switch_to.frame(0)
         self.until(lambda: self.all("light-row") and self.picture().std() > 5)
         self.until(lambda: driver.execute_script("return document.fonts.status") == "loaded")
+        if in_frame:  # its storage is another one
+            self.until(lambda: self.all("welcome-skip")[0].click() is None)
+            self.until(lambda: not self.all("welcome"))
+        if is_unfolded:
+            self.unfold()
         self.settled(lambda: [each.rect for each in self.all("light-row")])  # else clicks miss rows that still move
+
+    def unfold(self):
+        """Open all panels, also those that are folded at first."""
+        self.driver.execute_script("window.trame.state.set('open_panels', [...Array(20).keys()])")
 
     def resize(self, width, height):
         """Set the size of the window's inside, in pixels."""

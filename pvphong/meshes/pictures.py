@@ -31,6 +31,9 @@ HEADLESS_PACKAGES = "libegl1 libgl1-mesa-dri libx11-6"
 WITHOUT_DISPLAY = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
 """VTK's classes of windows that need no display."""
 
+TRANSPARENT = "transparent"
+"""Background of a picture whose fourth channel tells how much of each pixel is covered."""
+
 _AT_ONCE = 2**14  # number of colours that are converted at once: few enough to stay in the caches
 _LARGEST = 8192  # pixels; the limit of drivers is 8192 or 16384
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -74,14 +77,15 @@ def draw(
     size : tuple of int, default (1024, 768)
         Width and height in pixels.
     background : str, default "white"
-        A colour name or hex string.
+        A colour name or hex string, or "transparent".
     display : Display, optional
         Transform that shows the colours.
 
     Returns
     -------
     ndarray
-        Shape (height, width, 3), uint8. If the mesh is out of view, only the background is drawn.
+        Shape (height, width, 3), uint8; (height, width, 4) with a transparent background. If the mesh is out of view,
+        only the background is drawn.
 
     Raises
     ------
@@ -91,11 +95,13 @@ def draw(
     """
     window = drawing_window()
     refuse_size(size)
-    check.color("background", background)
+    is_transparent = background == TRANSPARENT
+    if not is_transparent:
+        check.color("background", background)
     with preferring(window), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size))
         try:
-            plotter.set_background(background)
+            plotter.set_background("black" if is_transparent else background)
             aim(plotter, viewer)
             for mesh in leaves(lit):
                 plotter.add_mesh(
@@ -103,7 +109,7 @@ def draw(
                 )
             plotter.enable_anti_aliasing("ssaa")
             plotter.renderer.ResetCameraClippingRange()
-            return np.asarray(plotter.screenshot(return_img=True))
+            return np.asarray(plotter.screenshot(return_img=True, transparent_background=is_transparent))
         finally:
             plotter.close()
 

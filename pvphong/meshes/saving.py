@@ -87,7 +87,8 @@ def save(
     size : (int, int), optional
         Width and height of a .png in pixels; by default 1024 by 768.
     background : color, optional
-        Background of a .png; by default white.
+        Background of a .png; by default white. With "transparent", the .png has a fourth channel, which is 0 where no
+        mesh is.
     display : Display, optional
         Transform that shows the colours in a .png, with exposure and tone curve; all other formats stay linear.
 

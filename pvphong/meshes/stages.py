@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import pyvista as pv
@@ -13,6 +13,20 @@ from pvphong.scene.presets import Surroundings
 from pvphong.scene.viewer import Viewer
 
 Stage = Literal["ground", "backdrop", "plinth"]
+
+
+class StageOptions(NamedTuple):
+    """Arguments of `stage`, from which a drawn stage was made."""
+
+    bounds: tuple[float, ...]
+    """Bounds of the meshes on it, as for `stage`."""
+    kind: Stage
+    viewer: Viewer | None
+
+    def make(self) -> pv.PolyData:
+        """Return the surface."""
+        return stage(self.bounds, self.kind, self.viewer)
+
 
 # Lengths in diagonals of the mesh's bounds. The gap keeps the stage apart from a face that it touches.
 _GAP = 1e-4
@@ -75,13 +89,23 @@ def stage(
     wide = 3.0 * spacing  # away from the mesh
     if kind == "plinth":
         half = 0.5 * float(np.linalg.norm(np.delete(bounds[1::2] - bounds[::2], axis))) / size + _RIM
-        top, side = _steps(0.0, half, spacing), _steps(0.0, _PLINTH, spacing)[1:]
-        around_it = half + _denser_at_0(_GROUND, spacing)[1:]
-        depths = np.concatenate([top, np.full(len(side), half), around_it])
-        heights = np.concatenate([np.zeros(len(top)), -side, np.full(len(around_it), -_PLINTH)])
+        top, side = _steps(0.0, half, spacing), _steps(0.0, _PLINTH, spacing)
+        around_it = half + _denser_at_0(_GROUND, spacing)
         turns = _steps(0.0, 2.0 * np.pi, spacing / half)[:, None, None]
         outwards = np.cos(turns) * behind + np.sin(turns) * right
-        return _grid(foot + size * (depths[:, None] * outwards + heights[:, None] * up)).clean(tolerance=1e-9)
+
+        def ring(depths: Float64Array, heights: Float64Array) -> pv.PolyData:
+            points = foot + size * (depths[:, None] * outwards + heights[:, None] * up)
+            return _grid(points).clean(tolerance=1e-9)
+
+        # the parts share no points, so that the edges between them are sharp
+        parts = (
+            (top, np.zeros(len(top))),
+            (np.full(len(side), half), -side),
+            (around_it, np.full(len(around_it), -_PLINTH)),
+        )
+        first, *others = (ring(*part) for part in parts)
+        return first.append_polydata(*others)
     sides = _denser_at_0(_GROUND if kind == "ground" else _SIDE, spacing)
     across = np.concatenate([-sides[:0:-1], sides])
     if kind == "ground":

@@ -8,7 +8,8 @@ from __future__ import annotations
 import textwrap
 import warnings
 import weakref
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -131,6 +132,28 @@ class LitActors:
         if scene.light_model.needs_rays:
             self._gather_occluders(shown)
         return [(mesh, mesh.planned(scene, self.occluders_of(mesh, scene))[1]) for mesh in shown]
+
+    @property
+    def stage(self) -> LitMesh | None:
+        """The stage under the meshes, if there is one."""
+        return next((mesh for mesh in self.meshes if mesh.stage is not None), None)
+
+    @property
+    def subjects(self) -> list[LitMesh]:
+        """The visible lit meshes without the stage."""
+        return [mesh for mesh in self.shown if mesh.stage is None]
+
+    @contextmanager
+    def without_bounds_of_stage(self) -> Iterator[None]:
+        """Return a context in which the stage does not count for the extent of the drawn objects."""
+        actor = None if self.stage is None else self.stage.actor
+        if actor is not None:
+            actor.UseBoundsOff()
+        try:
+            yield
+        finally:
+            if actor is not None:
+                actor.UseBoundsOn()
 
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
         """Return the other visible meshes that cast shadows on a mesh, as the argument `occluders` of `shade`.

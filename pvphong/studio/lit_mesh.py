@@ -17,6 +17,7 @@ from pvphong.base.types import ByteArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import DEFAULT, datasets, leaves, materials_of, single_material
 from pvphong.meshes.colormaps import over_all
 from pvphong.meshes.point_data import colors_at, given_maps, opacity_at, tangents_from, texture_version, values_at
+from pvphong.meshes.stages import StageOptions
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, point_normals, sharp_angle, split_sharp_edges, surface
 from pvphong.meshes.visibility import KnownOccluders, visibility_of
 from pvphong.optics.colormap import Colormap
@@ -89,6 +90,8 @@ class LitMesh:
         """True if the mesh blocks light for shadows and ambient occlusion. Can be set at any time."""
         self.block = ""
         """Path of the block in its MultiBlock, as materials name it; "" for any other mesh."""
+        self.stage: StageOptions | None = None
+        """The arguments of `pvphong.stage` from which the mesh was made; None if it is not a stage."""
         self.drawn = pv.PolyData()
         self.actor: pv.Actor | None = None
         self.evaluations = 0

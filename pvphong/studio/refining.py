@@ -145,6 +145,19 @@ class Refining:
         return self._state is not None and not self._is_final
 
     @property
+    def is_within(self) -> bool:
+        """True if the picture that is shown is refined within the tolerance."""
+        return self._is_final and not self.reason and self.reached is not None
+
+    def result(self) -> pv.PolyData:
+        """Return a copy of the picture that is shown, with its linear colours."""
+        assert self._picture is not None, "a refined picture is shown"
+        copied = self._picture.mesh.copy(deep=False)
+        copied.point_data[ARRAY] = self._picture.linear
+        copied.set_active_scalars(ARRAY, preference="point")
+        return copied
+
+    @property
     def part(self) -> float:
         """Progress of the awaited picture, from 0 to 1."""
         return self._part

@@ -26,6 +26,7 @@ from pvphong.optics.material import Material
 from pvphong.optics.roles import Aim
 from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, Keys, called
 from pvphong.studio.gizmos.handles import comes_from_somewhere, fields
+from pvphong.studio.gizmos.highlight import mirrored_to_eye
 from pvphong.studio.gizmos.view import vector
 from pvphong.studio.window_lights import free_name
 
@@ -90,6 +91,20 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
     aimed = replace(world, **dict.fromkeys(list(fields(world, Aim))[:1], aim))
     return aimed.in_frame(light.frame, viewer)
+
+
+def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
+    """Move the light so that its highlight is at the surface point under the cursor; see `mirrored_to_eye`."""
+    light, view = gizmo.light, gizmos.view
+    if light.frame == "headlight" or not comes_from_somewhere(light):
+        gizmos.notice = f"{called(light)}: its highlight cannot be moved"
+        return None
+    target = gizmos.surfaces.pick(gizmos.cursor)
+    if target is None:
+        gizmos.notice = "to place the highlight, point at a lit mesh"
+        return None
+    moved = mirrored_to_eye(gizmo.in_scene(view).light, view, gizmo.surface_highlight(view) or target, target)
+    return moved.in_frame(light.frame, view.viewer)
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
@@ -324,6 +339,7 @@ COMMANDS = (
     Command("m", "light off or on", mute, "light"),
     Command("o", "solo: this light only, or all", solo, "light"),
     Command("k", "move the light to the camera", to_camera, "light"),
+    Command("H", "put the highlight under the cursor", highlight_here, "light"),
     Command("0", "reset the light", reset, "light"),
     Command("Left Right", "dimmer, brighter by 1/3 stop", brighten, "light", _BACK_ON),
     Command("comma period", "turn the hue backwards, forwards", turn_hue, "light", _BACK_ON),

@@ -172,6 +172,10 @@ class Gizmos:
         self.lights, self.lit, self.history, self.options = lights, lit, history, options
         self.hovered: tuple[Gizmo, str] | None = None
         """The gizmo under the cursor and the name of its handle."""
+        self.listed: Gizmo | None = None
+        """The gizmo whose row is pointed at in a list of lights, outside of the view."""
+        self.awaits_click: Gizmo | None = None
+        """The gizmo whose highlight the next click on a lit mesh places."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
         self.asks = False
         """True if a drag on a mesh asks for more or less light there."""
@@ -231,11 +235,11 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Centre and size of what the window draws. Icons are placed relative to them.
-
-        If nothing is drawn, centre and size are those of the camera's view.
+        """Extent of the drawn objects without a stage, used to place icons. If nothing is drawn, extent of the camera's
+        view.
         """
-        bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
+        with self.lit.without_bounds_of_stage():
+            bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
         size = 0.5 * float(np.linalg.norm(bounds[:, 1] - bounds[:, 0]))
         if (bounds[:, 0] > bounds[:, 1]).any() or not 0.0 < size < np.inf:
             viewer = self.lights.viewer
@@ -300,11 +304,12 @@ class Gizmos:
 
         for gizmo, highlight in highlights.items():
             shown, handle = gizmo.in_scene(view), active[1] if active and active[0] is gizmo else None
-            light = shown.light
+            light, is_pointed_at = shown.light, handle is not None or gizmo is self.listed
             drawing.color, drawing.edge = hue(light), DARK_EDGE if light.on else LIGHT_EDGE
-            shown.draw(drawing, gizmo.is_selected or handle is not None, handle)
-            if mark(gizmo) and is_movable(light):
-                drawing.label(shown.origin, mark(gizmo), 18.0)
+            shown.draw(drawing, gizmo.is_selected or is_pointed_at, handle)
+            label = ", ".join(filter(None, [called(light) if is_pointed_at else "", mark(gizmo)]))
+            if label and is_movable(light):
+                drawing.label(shown.origin, label, 18.0)
             for name, point in shown.points(view).items():
                 if name not in ("position", ORIGIN) or handle == name:  # the icon marks it
                     drawing.handle(point, hovered=name == handle)

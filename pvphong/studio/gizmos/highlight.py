@@ -121,15 +121,14 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
         length = float(np.linalg.norm(direction)) if distance is None else distance
         changes[field] = vector(-length * to_light)
     for field, corners in fields(light, Corners).items():
-        turn = _rotation(np.mean(corners, axis=0) - held.point, to_light)
+        turn = rotation(np.mean(corners, axis=0) - held.point, to_light)
         changes[field] = tuple(vector(target.point + turn @ np.subtract(corner, held.point)) for corner in corners)
     return replace(light, **changes)
 
 
-def _rotation(before: Float64Array, after: Float64Array) -> Float64Array:
-    """Return the smallest rotation that turns one direction to another, as a matrix, shape (3, 3).
-
-    `before` has any length, `after` is a unit vector. The rotation is the product of two half-turns.
+def rotation(before: Float64Array, after: Float64Array) -> Float64Array:
+    """Return the matrix, shape (3, 3), of the smallest rotation that turns the direction `before` to the unit vector
+    `after`. The rotation is the product of two half-turns.
     """
     start = before / np.linalg.norm(before)
     halfway = start + after

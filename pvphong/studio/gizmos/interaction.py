@@ -254,6 +254,7 @@ class Interaction:
         self._observe(self._widget, "InteractionEvent", Interaction._dragged)
         self._observe(self._widget, "EndInteractionEvent", Interaction._dropped)
         self._observe(gizmos.renderer, "StartEvent", Interaction.update)
+        self._observe(interactor, "LeftButtonPressEvent", Interaction._clicked, _BEFORE_ALL)
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
         self._observe(interactor, "CharEvent", Interaction._press_ended, _BEFORE_ALL)
         self._observe(interactor, "KeyReleaseEvent", Interaction._press_ended)
@@ -372,6 +373,22 @@ class Interaction:
         """
         if self._hover():
             self.gizmos.render()
+
+    def _clicked(self) -> bool:
+        """Handle a press of the button before all others: place the highlight of the light that awaits a click. Return
+        True if there is one.
+        """
+        gizmos = self.gizmos
+        gizmo = gizmos.awaits_click
+        if gizmo is None or not gizmos.is_pointed_at:
+            return False
+        gizmos.notice, gizmos.awaits_click = "", None
+        if gizmo in gizmos.all:
+            gizmos.history.settle()
+            with gizmos.history.edit(gizmos.lights):
+                commands.change_light(gizmos, gizmo, commands.highlight_here)
+        gizmos.render()
+        return True
 
     def _grabbed(self) -> None:
         """React to the grab of a handle: start a drag, and save the state that it depends on."""
@@ -498,6 +515,9 @@ class Interaction:
         elif self.edit is not None:
             if key == "Escape":
                 self.give_up()
+        elif key == "Escape" and gizmos.awaits_click is not None:
+            gizmos.awaits_click, gizmos.notice = None, ""
+            gizmos.render()
         elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # no edit in another subplot
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
             if key in commands.ENTER and not control and gizmo is not None:

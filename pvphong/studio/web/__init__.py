@@ -2,16 +2,21 @@
 
 Read in this order:
 
-1. `fields`: kind, unit, range and help of a dataclass's fields, for forms. It also parses values from the page.
-2. `coloring`: the choice of an array and its colormap. `mix`: faders, which scale each light's contribution.
-3. `opening`: the file that is shown, and lights that fit it when another is opened.
-   `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
-   undo history for panels and gizmos.
-4. `inputs` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
+1. `settings`: values that only the studio has. `fields`: kind, unit, range and help of a dataclass's fields, for forms;
+   it also parses values from the page.
+2. `kinds`: lights and reflectances by name. `coloring`: the choice of an array and its colormap. `mix`: faders, which
+   scale each light's contribution.
+3. `opening`: the file that is shown, and lights that fit it when another is opened. `staging`: the stage under it.
+   `new_light`: the place and the intensity of a new light. `placing`: a light's angles and distance about its target.
+   `skies`: images of environment lights. `document`: the editable values, named by keys, with one undo history for
+   panels and gizmos.
+4. `words`: the names of fields on the page. `messages`: errors in these words. `inputs`, `panels` and `page`: Vuetify's
+   components around the view.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
-6. `downloads`: the files to download, and the Python script that reproduces them.
-7. `report`: the accuracy report, measured in a separate process.
-8. `framing`: the camera's angle in a narrow view. `thumbnails`: spheres that show materials and reflectances.
+6. `downloads`: the files to download, and the Python script that reproduces them. `turntable`: a GIF.
+7. `exactness`: how exact the picture is, in words. `report`: the accuracy report, measured in a separate process.
+8. `cameras`: views from the front, the top and so on. `framing`: the camera's angle in a narrow view.
+   `thumbnails`: spheres that show materials and reflectances.
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 
@@ -19,7 +24,7 @@ An edit goes from `inputs` through `access` and `studio` to `document`. `documen
 `document` then sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Finally,
 `studio` requests a frame, before which `lit_actors` updates the lit meshes.
 
-Only `inputs`, `page`, `access`, `studio` and `serving` depend on a server.
+Only `inputs`, `panels`, `page`, `access`, `thumbnails`, `turntable`, `studio` and `serving` depend on a server.
 """
 
 from __future__ import annotations

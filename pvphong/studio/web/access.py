@@ -212,6 +212,14 @@ def upload(
     return handle
 
 
+async def no_launcher(_request: web.Request) -> web.StreamResponse:
+    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
+
+    The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
+    """
+    return web.Response(status=204)
+
+
 # --- messages
 
 

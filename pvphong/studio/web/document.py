@@ -1,8 +1,8 @@
 """The document that a studio edits: lights, materials, light model, edges, faders and accuracy, with one undo history.
 
 An edit names its field by a key: "light.3.intensity", "material.0.diffuse", "reflectance.0.roughness", "model.shadows",
-"display.exposure", "surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light keeps its number while the
-studio runs.
+"display.exposure", "background.background", "surfaces.feature_angle", "fader.3.gain" or "accuracy.tolerance". A light
+keeps its number while the studio runs.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, dataclass, replace
-from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 from typing import Any, NamedTuple
@@ -24,10 +23,11 @@ import pyvista as pv
 from pvphong.base import check
 from pvphong.base.color import kelvin
 from pvphong.base.display import Display
+from pvphong.base.types import rgb
 from pvphong.meshes.surfaces import FeatureAngle
 from pvphong.optics.light import Light
-from pvphong.optics.lights import LIGHT_TYPES, vtk_values
-from pvphong.optics.maps import FIELDS, Map
+from pvphong.optics.lights import LIGHT_TYPES
+from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
@@ -40,54 +40,17 @@ from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
-from pvphong.studio.web.fields import edited, field_of, fields_of, form_of, has_stops, number_in
+from pvphong.studio.web.fields import edited, field_of, form_of, has_stops, number_in
+from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening
+from pvphong.studio.web.placing import placed, placing_of
+from pvphong.studio.web.settings import Accuracy, Background, Surfaces
+from pvphong.studio.web.skies import image_in, with_image
+from pvphong.studio.web.staging import Staging
+from pvphong.studio.web.words import LIGHTS, in_words
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
-
-
-def _number_or_none(name: str, value: Any, **limits: Any) -> float | None:
-    return None if value is None else check.number(name, value, **limits)
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Accuracy of the colours.
-
-    Parameters
-    ----------
-    tolerance : float, default 0
-        Largest colour error allowed to save time, where 1 is full intensity; 1/255 = 0.0039 is one step of a display.
-        It applies to the plan and to downloads; the view is exact at vertices.
-    refine : float, optional
-        Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the view is
-        refined, with crisp edges of shadows and cones. If None, the view shows the mesh's own vertices.
-    """
-
-    tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
-    refine: float | None = check.field(partial(_number_or_none, above=0.0), None, unit="of 1")
-
-    def __post_init__(self) -> None:
-        check.fields(self)
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """Shading of the meshes' edges.
-
-    Parameters
-    ----------
-    feature_angle : float, optional
-        An edge is sharp if the normals of its faces differ by more than this angle, in degrees. 0 is flat shading; if
-        None, all edges are smooth.
-    """
-
-    feature_angle: float | None = check.field(partial(_number_or_none, at_least=0.0, at_most=180.0), None)
-
-    def __post_init__(self) -> None:
-        check.fields(self)
-
 
 _IN_ROW = ("name", "on", "diffuse", "intensity")
 """Fields of a light that the page always shows; others are shown for the selected light."""
@@ -95,7 +58,6 @@ _IN_ROW = ("name", "on", "diffuse", "intensity")
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
 
-# A new light: its offset from the scene's centre, to the right, up and towards the viewer, in scene sizes; its size, in
 _LARGE = 0.2  # least distance between a new light and another, in scene sizes
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
 _MOST_STOPS = 100.0
@@ -120,6 +82,8 @@ class DocumentState(NamedTuple):
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
     file: OpenFile | None
+    stage: LitMesh | None
+    background: Background
 
 
 class Document:
@@ -142,6 +106,8 @@ class Document:
         refined = (each.tolerance for each in subplot.lit.refining.values())
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
+        self.staging = Staging(phong, subplot)
+        self._is_transparent = False
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
         self._numbers: dict[RendererLight, int] = {}
@@ -162,13 +128,23 @@ class Document:
     @property
     def surfaces(self) -> Surfaces:
         """Shading of the first mesh's edges. Setting it changes all meshes."""
-        first = next(iter(self._subplot.lit.meshes), None)
+        first = next(iter(self._subplot.lit.subjects), None)
         return Surfaces(None if first is None else first.sharp_angle)
 
     @surfaces.setter
     def surfaces(self, surfaces: Surfaces) -> None:
         for mesh in self._subplot.lit.meshes:
             mesh.feature_angle = surfaces.feature_angle
+
+    @property
+    def background(self) -> Background:
+        """Background of the view and of pictures; can be set."""
+        return Background(self._subplot.renderer.background_color.float_rgb, self._is_transparent)
+
+    @background.setter
+    def background(self, background: Background) -> None:
+        self._is_transparent = background.transparent
+        self._subplot.renderer.set_background(rgb(background.background))
 
     # -- undo
 
@@ -184,12 +160,17 @@ class Document:
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
             file=None if self._opening is None else self._opening.file,
+            stage=self.staging.mesh,
+            background=self.background,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo the changes that were made between the states `then` and `now`."""
         if self._opening is not None and then.file is not None and then.file is not now.file:
             self._opening.show(then.file, then.accuracy.refine)
+        self.staging.show(then.stage, then.accuracy.refine)
+        if now.background != then.background:
+            self.background = then.background
         self._subplot.lights.revert(now.lights, then.lights)
         self._subplot.lit.revert(now.materials, then.materials)
         if now.light_model != then.light_model:
@@ -230,11 +211,29 @@ class Document:
         return self.history.redo()
 
     def open(self, mesh: Any, file: OpenFile) -> None:
-        """Show another file, as one undo step; see `Opening.open`."""
+        """Show another file, on a stage of the same kind, as one undo step; see `Opening.open`."""
         if self._opening is None:
             check.refuse("file", file.stem, "opened in a studio")
         with self._step():
-            self._opening.open(mesh, file, self.accuracy.refine)
+            stage, refine = self.staging.mesh, self.accuracy.refine
+            self._opening.open(mesh, file, refine)
+            if stage is not None and stage.stage is not None:
+                self.staging.put(stage.stage.kind, refine, stage.material)
+
+    def set_stage(self, kind: str) -> str:
+        """Draw a stage under the meshes, as one undo step, and switch shadows on with the first one; return a message.
+
+        Parameters
+        ----------
+        kind : str
+            "ground", "backdrop", whose wall is opposite to the present camera, or "plinth"; "" removes the stage.
+        """
+        with self._step():
+            has_shadows = not kind or bool(self.staging.kind) or self._phong.light_model.shadows
+            self.staging.put(kind, self.accuracy.refine)
+            if not has_shadows:
+                self._phong.light_model = replace(self._phong.light_model, shadows=True)
+        return "" if has_shadows else "Shadows are on now. To switch them off, open Scene."
 
     # -- cancelling background computations
 
@@ -300,10 +299,14 @@ class Document:
                 self.surfaces = change(self.surfaces, name)
             case "model", name:
                 self._phong.light_model = change(self._phong.light_model, name)
+            case "background", name:
+                self.background = change(self.background, name)
             case "display", name:
                 self._phong.display = change(self._phong.display, name)
             case "light", number, name:
                 self._set_light(self._light(number), name, change)
+            case "place", number, name:
+                self._place(self._light(number), name, change)
             case "fader", number, name:
                 light = self._light(number)
                 self.mix.faders[light] = change(self.mix.fader(light), name)
@@ -324,6 +327,16 @@ class Document:
         after: Light = change(before, name)
         if after.frame != before.frame:  # keep its position in the world
             after = before.in_world(viewer).in_frame(after.frame, viewer)
+        self._subplot.lights.set(renderer_light, after)
+
+    def _place(self, renderer_light: RendererLight, name: str, change: Callable[[Any, str], Any]) -> None:
+        """Change azimuth, elevation or distance of a light about its target."""
+        view = self.gizmos.view
+        shown = self.gizmos.of(renderer_light).in_scene(view)
+        placing = placing_of(shown)
+        if placing is None:
+            check.refuse("light", called(shown.light), "a light with a place or a direction")
+        after = placed(shown, change(placing, name)).in_frame(renderer_light.light(view.viewer).frame, view.viewer)
         self._subplot.lights.set(renderer_light, after)
 
     # -- lights
@@ -371,7 +384,7 @@ class Document:
     def set_up(self, name: str) -> None:
         """Replace all lights by a set-up from `setups`, around the visible meshes, as one undo step."""
         make = setups[name]
-        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.shown if mesh.actor is not None]
+        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.subjects if mesh.actor is not None]
         if not bounds:
             check.refuse("mesh", "none", "open", "Open a mesh first.")
         low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
@@ -406,20 +419,22 @@ class Document:
         """
         renderer_light = self._light(number)
         before = renderer_light.light(self._subplot.lights.viewer)
-        names = [field.name for field in fields_of(type(before)) if field.takes == "image"]
-        if not names or not isinstance(image, pv.ImageData) or image.active_scalars is None:
-            check.refuse("image", f"a file for {called(before)}", "an image file for an environment light")
-        width, height, _ = image.dimensions
-        texels = np.asarray(image.active_scalars).reshape(height, width, -1)[::-1, :, :3]
-        if texels.dtype == np.uint8:
-            given: Any = pv.Texture(np.ascontiguousarray(texels))
-            given.SetUseSRGBColorSpace(True)
-        else:
-            given = np.ascontiguousarray(texels, np.float32)
-        changed = await asyncio.to_thread(_with_image, before, names[0], given)
+        name, given = image_in(image, before)
+        changed = await asyncio.to_thread(with_image, before, name, given)
         with self._step():  # on the light's current value
-            now, changes = self._light(number), {names[0]: getattr(changed, names[0])}
+            now, changes = self._light(number), {name: getattr(changed, name)}
             now.set(replace(now.light(self._subplot.lights.viewer), **changes), self._subplot.lights.viewer)
+
+    def highlight_here(self, number: Any) -> None:
+        """Let the next click on a lit mesh place the highlight of a light, or no longer, if that was so already."""
+        gizmos, gizmo = self.gizmos, self.gizmos.of(self._light(number))
+        gizmos.select(gizmo)
+        gizmos.awaits_click = None if gizmos.awaits_click is gizmo else gizmo
+        gizmos.notice = f"click where the highlight of {called(gizmo.light)} should be" if gizmos.awaits_click else ""
+
+    def point_at(self, number: Any) -> None:
+        """Mark the gizmo of a light whose row is pointed at; None marks none."""
+        self.gizmos.listed = None if number is None else self.gizmos.of(self._light(number))
 
     def select(self, number: Any) -> None:
         """Select a light in the list and in the view. None deselects the selected light."""
@@ -436,13 +451,15 @@ class Document:
             Name of a mesh → material.
         default : str
             Key of the material for meshes without an entry of their own. If there is no such key, these meshes keep
-            their materials.
+            their materials. A stage without an entry of its own always keeps its material.
         """
         with self._step():
             self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
+            stage = self.staging.mesh
             for name, shared in self.materials.items():
-                found = materials.get(name, materials.get(default))
+                is_of_stage = stage is not None and shared is stage.shared_material  # most rigs are made without one
+                found = materials.get(name, None if is_of_stage else materials.get(default))
                 if found is not None:
                     shared.material = found
 
@@ -472,7 +489,7 @@ class Document:
     def materials(self) -> dict[str, SharedMaterial]:
         """The materials of all visible meshes: name of the first mesh that has the material → the material."""
         found: dict[SharedMaterial, str] = {}
-        for mesh in self._subplot.lit.shown:
+        for mesh in sorted(self._subplot.lit.shown, key=lambda mesh: mesh.stage is not None):
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
         return {name: shared for shared, name in found.items()}
 
@@ -583,6 +600,14 @@ class Document:
 
     # -- values for the page
 
+    def _placing_form(self, renderer_light: RendererLight, number: int) -> list[dict[str, Any]]:
+        """Return the entries for the place of a light about its target; empty if it has none."""
+        placing = placing_of(self.gizmos.of(renderer_light).in_scene(self.gizmos.view))
+        if placing is None:
+            return []
+        entries = form_of(placing, f"place.{number}", self._middles)
+        return [entry for entry in entries if entry["set"]]
+
     def shown(self) -> dict[str, Any]:
         """Return all values for the page: name in the page's state → value."""
         moving = None if self._sliding is None else self._sliding[0]
@@ -594,17 +619,20 @@ class Document:
             light, number = each.light(viewer), self.number(each)
             key = f"light.{number}"
             is_selected = selected is not None and selected.renderer_light is each
-            entries = {entry["name"]: entry for entry in form_of(light, key, self._middles)}
+            entries = {entry["name"]: entry for entry in in_words(form_of(light, key, self._middles))}
             lights.append(
                 {
                     "number": number,
                     "called": called(light),
-                    "kind": kind_of(light),
+                    "kind": (kind := kind_of(light)),
+                    "kind_label": LIGHTS.get(kind, kind),
                     "selected": is_selected,
                     "soloed": each is soloed,
                     "fader": form_of(self.mix.fader(each), f"fader.{number}", self._middles) if self.mix.is_on else [],
                     "fader_soloed": each is self.mix.soloed,
                     **{name: entries[name] for name in _IN_ROW},
+                    "hovered": gizmos.hovered is not None and gizmos.hovered[0].renderer_light is each,
+                    "placing": self._placing_form(each, number) if is_selected else [],
                     "fields": [entry for name, entry in entries.items() if is_selected and name not in _IN_ROW],
                 }
             )
@@ -630,25 +658,19 @@ class Document:
         return {
             "lights": lights,
             "materials": materials,
-            "surfaces": form_of(self.surfaces, "surfaces", self._middles),
+            "surfaces": in_words(form_of(self.surfaces, "surfaces", self._middles)),
+            "backing": in_words(form_of(self.background, "background", self._middles)),
             "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),
             "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
+            "stage": self.staging.kind,
+            "aiming": gizmos.awaits_click is not None,
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,
             "mix_ms": round(1e3 * self.mix.seconds, 1),
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }
-
-
-def _with_image(light: Light, name: str, image: Any) -> Light:
-    changes: dict[str, Any] = {name: image}
-    changed = replace(light, **changes)
-    # Both calls cache slow computations with the image. Done here, these do not block the thread that draws.
-    vtk_values(changed)
-    changed.bands  # noqa: B018
-    return changed
 
 
 def _slid(given: Any, value: Any, name: str) -> Any:
@@ -661,29 +683,3 @@ def _slid(given: Any, value: Any, name: str) -> Any:
         if has_stops(field):
             given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
     return edited(value, name, given)
-
-
-def textured(material: Material) -> list[str]:
-    """Return the fields of a material and its reflectance that can have a texture."""
-    reflectance = material.reflectance
-    fields = *fields_of(type(material)), *(() if reflectance is None else fields_of(type(reflectance)))
-    return [field.name for field in fields if field.takes == "map" and field.name in FIELDS]
-
-
-def kind_of(light: Light) -> str:
-    """Return the name that scene files use for a light's kind."""
-    return next((name for name, kind in LIGHT_TYPES.items() if type(light) is kind), type(light).__name__)
-
-
-def new_reflectance(name: str) -> Any:
-    """Return a reflectance by the name of its kind in scene files. Parameters without a default are set to the middle
-    of their range, or to grey.
-    """
-    kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
-    missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}
-    given: dict[str, Any] = {
-        field.name: 0.5 if field.kind == "color" else 0.5 * (field.least + field.most)
-        for field in fields_of(kind)
-        if field.name in missing
-    }
-    return kind(**given)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
@@ -41,8 +41,36 @@ EXAMPLES: Mapping[str, str] = {
 FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
 """The downloads, by suffix, except "rig", which is a .json."""
 
+STAGE = "stage"
+"""Name of the stage among the meshes' names."""
+
 LIT = ("vtp", "ply", "vtkhdf", "glb", "png")
 """The downloads that contain the lit mesh."""
+
+
+_PLAIN = Display()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Options of a picture.
+
+    Parameters
+    ----------
+    size : (int, int), default (1920, 1080)
+        Width and height in pixels.
+    background : color, default "white"
+        Its background, or "transparent".
+    display : Display, optional
+        Transform that shows the colours.
+    """
+
+    size: tuple[int, int] = (1920, 1080)
+    background: str = "white"
+    display: Display = _PLAIN
+
+
+_PICTURE = Picture()
 
 
 @dataclass
@@ -65,6 +93,16 @@ class Downloads:
         Texture → file name, for textures from files. Rig and script refer to textures by these names.
     is_as_shown : bool, default False
         True to take the colours that the view shows, 8 bits per channel, instead of computing them.
+    stage : LitMesh, optional
+        The stage under the meshes. It is in pictures and in the script. Downloads of meshes leave it out, but show its
+        shadows and the light that it reflects.
+    picture : Picture, optional
+        Options of the picture.
+    refined : mapping, optional
+        Name → refined mesh with its colours, if the view shows the meshes refined; the picture shows these then. For a
+        display transform, the colours must not be clamped.
+    refine : float, optional
+        Tolerance of the refined meshes.
     """
 
     meshes: Mapping[str, LitMesh]
@@ -74,6 +112,10 @@ class Downloads:
     stem: str
     textures: Mapping[Map, str]
     is_as_shown: bool = False
+    stage: LitMesh | None = None
+    picture: Picture = _PICTURE
+    refined: Mapping[str, pv.PolyData] = field(default_factory=dict)
+    refine: float | None = None
 
     def __post_init__(self) -> None:
         self.stem = re.sub(r"[^\w.-]+", "-", self.stem).strip(".-") or "mesh"
@@ -83,6 +125,16 @@ class Downloads:
         """The materials as in a rig: "default" → the material of all meshes, or name of a mesh → its material."""
         found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
         return found or {DEFAULT: DEFAULT_MATERIAL}
+
+    @property
+    def _on_stage(self) -> dict[str, Material]:
+        """The stage's material by its name; empty if there is no stage. Rigs leave it out."""
+        return {} if self.stage is None else {STAGE: self.stage.material}
+
+    @property
+    def _all(self) -> dict[str, LitMesh]:
+        """The meshes, and the stage at the end."""
+        return {**self.meshes} if self.stage is None else {**self.meshes, STAGE: self.stage}
 
     @property
     def _written(self) -> dict[str, Material]:
@@ -103,8 +155,8 @@ class Downloads:
         ValueError
             If there is no mesh, or the meshes need different options.
         """
-        meshes = list(self.meshes.values())
-        if not meshes:
+        meshes = list(self._all.values())
+        if not self.meshes:
             check.refuse("mesh", "none", "open", "Open a mesh first.")
         angles, matrices = {mesh.feature_angle for mesh in meshes}, [mesh.matrix for mesh in meshes]
         matrix = matrices[0]
@@ -124,54 +176,98 @@ class Downloads:
             found["tolerance"] = self.tolerance
         return found | {"backend": "numba" if kernel.has_run() else "numpy"}
 
-    @cached_property
+    @property
     def lit(self) -> Any:
-        """The lit mesh or blocks, computed once. It can be read in any thread, unless `is_as_shown`."""
+        """The lit mesh or blocks, without the stage. It can be read in any thread, unless `is_as_shown`."""
+        blocks = self.pictured
+        if self.stage is None:
+            return blocks
+        alone = blocks.copy(deep=False)
+        alone.pop(STAGE)
+        return alone[0] if len(self.meshes) == 1 else alone
+
+    @cached_property
+    def pictured(self) -> Any:
+        """The lit mesh or blocks, with the stage as the last block, computed once."""
         return self._lit_in(self.scene)
 
     def _lit_in(self, scene: Scene) -> Any:
-        options, materials = self.options, self.materials
+        options, materials = self.options, self.materials | self._on_stage
         if self.is_as_shown:
-            shown = {name: mesh.as_shown() for name, mesh in self.meshes.items()}
+            shown = {name: mesh.as_shown() for name, mesh in self._all.items()}
             return next(iter(shown.values())) if len(shown) == 1 else pv.MultiBlock(shown)
-        if len(self.meshes) == 1:
+        if len(self._all) == 1:
             mesh = next(iter(self.meshes.values())).mesh
             return mesh.phong.shade(scene, materials[DEFAULT], **options)
-        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self.meshes.items()})
+        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._all.items()})
         return blocks.phong.shade(scene, materials, **options)
 
     def script(self) -> str:
-        """Return a Python script that reads the mesh, lights it as in the studio, and writes it.
+        """Return a Python script that reads the mesh, lights it as in the studio, and writes it and its picture.
 
         If lights or materials have images or arrays, which code cannot contain, the script reads them from the rig.
         """
         options, materials, stem = self.options, self._written, self.stem
-        ending = "vtp" if [mesh.block for mesh in self.meshes.values()] == [""] else "vtkhdf"
+        is_single = [mesh.block for mesh in self.meshes.values()] == [""]
+        rig = f'"{stem}-rig.json"'
         try:
             scene = python_of(self.scene)
-            if list(materials) == [DEFAULT]:
-                material = python_of(materials[DEFAULT])
-            else:
-                inner = "".join(f"    {name!r}: {python_of(each)},\n" for name, each in materials.items())
-                material = f"{{\n{inner}}}"
+            written = {name: python_of(each) for name, each in materials.items()}
         except HasArrays:
-            scene = f'ph.Scene.load("{stem}-rig.json")  # download the rig too: it contains images and arrays'
-            material = f'ph.load_materials("{stem}-rig.json")'
-            material += f'["{DEFAULT}"]' if list(materials) == [DEFAULT] else ""
-        given = ", ".join(["scene", "material", *(f"{name}={value!r}" for name, value in options.items())])
-        lines = [
-            *(["import pyvista as pv"] if "pv." in self.reading else []),
-            "import pvphong as ph",
-            "",
-            f"mesh = {self.reading}",
-            f"scene = {scene}",
-            f"material = {material}",
-            f"lit = mesh.phong.shade({given})",
-            f'lit.save("{stem}-lit.{ending}")',
-        ]
-        return "\n".join(lines) + "\n"
+            scene = f"ph.Scene.load({rig})  # download the rig too: it contains images and arrays"
+            written = {}
+        written_on_stage = {name: python_of(each) for name, each in self._on_stage.items()}
+        if list(written) == [DEFAULT] and not written_on_stage:
+            material = written[DEFAULT]
+        elif written:
+            inner = "".join(f"    {name!r}: {each},\n" for name, each in (written | written_on_stage).items())
+            material = f"{{\n{inner}}}"
+        else:
+            material = f"ph.load_materials({rig})"
+            if written_on_stage:
+                material += f" | {{{STAGE!r}: {written_on_stage[STAGE]}}}"
+            elif list(materials) == [DEFAULT]:
+                material += f'["{DEFAULT}"]'
+        given = ", ".join(["material", *(f"{name}={value!r}" for name, value in options.items())])
+        lines = [f"mesh = {self.reading}", f"scene = {scene}", f"material = {material}"]
+        if self.stage is not None and self.stage.stage is not None:
+            bounds, kind, viewer = self.stage.stage
+            stage = f"ph.stage({bounds}, {kind!r}, {python_of(viewer)})"
+            blocks = [f"mesh = pv.MultiBlock({{'mesh': mesh, {STAGE!r}: {stage}}})"] if is_single else []
+            lines[1:1] = blocks or [f"mesh[{STAGE!r}] = {stage}"]
+        lines += [f"lit = mesh.phong.shade(scene, {given})"]
+        lines += self._picture_lines(given)
+        if self._on_stage:
+            lines += [f"lit.pop({STAGE!r})", *(["lit = lit[0]"] if is_single else [])]
+        lines += [f'lit.save("{stem}-lit.{"vtp" if is_single else "vtkhdf"}")']
+        used = "\n".join(lines)
+        modules = {"np.": "import numpy as np", "pv.": "import pyvista as pv", "ph.": "import pvphong as ph"}
+        imports = [line for name, line in modules.items() if name in used]
+        return "\n".join(
+            [*(["from dataclasses import replace", ""] if "replace(" in used else []), *imports, "", used, ""]
+        )
 
-    def write(self, what: str, folder: Path, plotter: pv.Plotter, size: tuple[int, int]) -> Path:
+    def _picture_lines(self, given: str) -> list[str]:
+        """Return the lines of the script that write the picture. `given` are the arguments of `shade` after the scene.
+
+        As in `write`, the light model of a picture does not clamp before a display transform.
+        """
+        look, lines, drawn, scene = self.picture, list[str](), "lit", "scene"
+        if look.display != _PLAIN and self.scene.light_model.clamp:
+            scene = "replace(scene, light_model=replace(scene.light_model, clamp=False))"
+        if self.refined:
+            refined = {name: value for name, value in self.options.items() if name in ("feature_angle", "matrix")}
+            options = ", ".join(f"{name}={value!r}" for name, value in {"tolerance": self.refine, **refined}.items())
+            lines, drawn = [f"shown = mesh.phong.refine({scene}, material, {options})"], "shown"
+        elif scene != "scene":
+            lines, drawn = [f"shown = mesh.phong.shade({scene}, {given})"], "shown"
+        if (matrix := self.options.get("matrix")) is not None:
+            drawn = f"{drawn}.transform(np.array({matrix}), inplace=False)"
+        how = [f'"{self.stem}.png"', "viewer=scene.viewer", f"size={look.size}", f"background={look.background!r}"]
+        how += [f"display={python_of(look.display)}"] if look.display != _PLAIN else []
+        return [*lines, f"{drawn}.phong.save({', '.join(how)})"]
+
+    def write(self, what: str, folder: Path) -> Path:
         """Write one of `FILES` into a folder and return its path.
 
         Parameters
@@ -180,10 +276,6 @@ class Downloads:
             One of `FILES`.
         folder : Path
             The folder.
-        plotter : pyvista.Plotter
-            Defines the picture's background colour and its display transform.
-        size : tuple of int
-            Width and height of a picture, in pixels.
 
         Raises
         ------
@@ -198,29 +290,34 @@ class Downloads:
         elif what == "py":
             path.write_text(self.script(), encoding="utf-8")
         else:
-            matrix, how, scene = self.options.get("matrix"), dict[str, Any](), self.scene
-            display = plotter.phong.display
-            if (
-                what == "png" and display != Display() and not self.is_as_shown
-            ):  # the view clamps nothing before the display either
-                scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
-            lit = self.lit if scene is self.scene else self._lit_in(scene)
+            lit = self._for_picture if what == "png" else self.lit
+            matrix = self.options.get("matrix")
             if what in ("png", "glb") and matrix is not None:  # these show the mesh where it is drawn
                 lit = lit.transform(np.array(matrix), inplace=False)
-            if what == "png":
-                how = {"viewer": scene.viewer, "size": size, "background": plotter.background_color.hex_rgb}
-                how["display"] = display
+            how = {"viewer": self.scene.viewer, **vars(self.picture)} if what == "png" else dict[str, Any]()
             save(lit, path, **how)
         return path
+
+    @property
+    def _for_picture(self) -> Any:
+        """The lit mesh or blocks for a picture, refined if the view is. Nothing is clamped before a display."""
+        if self.refined and not self.is_as_shown:
+            return next(iter(self.refined.values())) if len(self.refined) == 1 else pv.MultiBlock(dict(self.refined))
+        if self.picture.display == _PLAIN or self.is_as_shown:
+            return self.pictured
+        model = self.scene.light_model
+        return (
+            self._lit_in(replace(self.scene, light_model=replace(model, clamp=False))) if model.clamp else self.pictured
+        )
 
     def save_rig(self, path: Path) -> None:
         """Write scene and materials; raise ``ValueError`` if they cannot be written."""
         self.scene.save(path, materials=self._written)
 
-    def read(self, what: str, plotter: pv.Plotter, size: tuple[int, int]) -> tuple[str, bytes]:
+    def read(self, what: str) -> tuple[str, bytes]:
         """Return the name and the bytes of one of `FILES`; see `write`."""
         with tempfile.TemporaryDirectory() as folder:
-            path = self.write(what, Path(folder), plotter, size)
+            path = self.write(what, Path(folder))
             return path.name, path.read_bytes()
 
 
@@ -233,7 +330,7 @@ class HasArrays(Exception):
     """Raised for a value with images or arrays, which code cannot contain."""
 
 
-_CODED = (Scene, Viewer, LightModel, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
+_CODED = (Scene, Viewer, LightModel, Display, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
 """Classes whose instances the script creates by calling `ph.<name of the class>`."""
 
 

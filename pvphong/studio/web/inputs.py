@@ -47,6 +47,10 @@ SIX_DIGITS = "Number(({0}).toPrecision(6))"
 """JavaScript expression that formats a number with six digits."""
 
 
+CALLS = "{0}.calls.slice(1).reduce((before, call) => before.then(() => trigger(...call)), trigger(...{0}.calls[0]))"
+"""JavaScript expression that calls the triggers of a `Remedy`, one after the other."""
+
+
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
     """Return attributes by which tests find an element. With a label, screen readers call the element by its label.
     With `status`, screen readers also announce changes of the element's content.
@@ -259,7 +263,7 @@ def form(entries: str) -> None:
             v_else_if="field.kind == 'choice'",
             classes="mt-3",
             model_value=("field.value",),
-            items=("field.choices",),
+            items=("field.items ?? field.choices",),
             label=("field.label",),
             update_modelValue="trigger('edit', [field.key, $event])",
             title=("field.help",),

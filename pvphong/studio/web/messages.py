@@ -7,8 +7,10 @@ page shows them with its own labels, and offers a button wherever the remedy is 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+from pvphong.studio.web.words import label_of
 
 _REFUSAL = re.compile(
     r"(?P<name>[\w.\[\] -]{1,60}?) must be (?P<allowed>.+?); got (?P<got>.*?)\.(?: (?P<remedy>\S.*))?"
@@ -17,16 +19,6 @@ _REFUSAL = re.compile(
 _RANGE = re.compile(r"a finite number(?: (?P<low_sign>>=?) (?P<low>\S+))?(?: and)?(?: <= (?P<high>\S+))?")
 
 _THOUSANDS = "a number without thousands separators"
-
-_LABELS: Mapping[str, str] = {
-    "cmap": "colormap",
-    "clim": "range",
-    "feature_angle": "sharp edges",
-    "refine": "largest error",
-    "scalars": "colour by",
-    "seconds": "time",
-}
-"""Names of fields whose labels on the page are different words. All others only lose their underscores."""
 
 _WORDS = (
     ("True or False", "on or off"),
@@ -61,7 +53,7 @@ def in_page_words(message: str) -> str:
     if found is None:
         return message
     name = re.sub(r"\[\d+\]$", "", found["name"])
-    label = _LABELS.get(name, name.replace("_", " "))
+    label = label_of(name)
     label, got, allowed = label[:1].upper() + label[1:], found["got"], found["allowed"]
     if got == "an empty input":
         return f"{label}: enter a value."

@@ -87,16 +87,17 @@ class Opening:
         """
         lit, lights, phong = self._subplot.lit, self._subplot.lights, self._plotter.phong
         scene, before, viewer = default_scene(mesh), lit.meshes, lights.viewer
+        subjects = [each for each in before if each.stage is None]
         phong.add_mesh(mesh, DEFAULT_MATERIAL, refine=refine)
         added = [each for each in lit.meshes if each not in before]
         self._put_away(before)
         self._show_from(scene.viewer)
         self._file = file
-        if not before or not lights.renderer_lights:
+        if not subjects or not lights.renderer_lights:
             lights.replace(scene.lights)
             phong.light_model = scene.light_model
             return
-        fit = Fit(_box(before), _box(added), viewer, lights.viewer)
+        fit = Fit(_box(subjects), _box(added), viewer, lights.viewer)
         for each in lights.renderer_lights:
             lights.set(each, fit.light(each.light(viewer)))
         phong.light_model = fit.light_model(phong.light_model, needs_both_sides=scene.light_model.two_sided)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pyvista as pv
@@ -30,27 +30,31 @@ from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.files import read, read_texture
 from pvphong.meshes.lit import plan
-from pvphong.meshes.pictures import refuse_size
+from pvphong.meshes.pictures import TRANSPARENT, refuse_size
+from pvphong.meshes.stages import Stage
 from pvphong.meshes.surfaces import shallow_copy, surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
-from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.web.access import Access, Messages, upload
+from pvphong.studio.web.access import Access, Messages, no_launcher, upload
+from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
-from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
-from pvphong.studio.web.fields import number_in
+from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Picture, reading_file
+from pvphong.studio.web.exactness import exactness, rows_of, summary_of
+from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
+from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
-from pvphong.studio.web.thumbnails import thumbnail
+from pvphong.studio.web.thumbnails import answer
+from pvphong.studio.web.turntable import Turntable, pictures_in
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
 """Seconds from a frame until the page is updated, from then until the plan is updated, and between two polls for
@@ -80,6 +84,7 @@ _EDITS = (
         "select",
         "choose_material",
         "choose_reflectance",
+        "highlight_here",
     ),
     "set_colormap",
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
@@ -129,17 +134,26 @@ class Studio:
         plotter.render_window.SetMultiSamples(0)  # on a CPU, a frame with four samples takes five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
+        self._plans: list[Plan] = []
         self._serving: Any = None
         self._measuring = Measuring(self._measured)
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
+        self._cameras = Cameras(subplot)
+        self._turntable = Turntable(self.show)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
-        names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
+        keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
+        names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
-        at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
+        at_first: dict[str, Any] = {
+            "plan": {"accuracy": "", "meshes": []},
+            "script": "",
+            "report": vars(Report()) | {"figure": ""},
+        }
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
+        self._triggers["point_at"] = self._point_at
         for name, trigger in self._triggers.items():
             self.server.controller.trigger(name)(trigger)
         kinds = {name: (kind.__doc__ or "").splitlines()[0].replace("`", "") for name, kind in LIGHT_TYPES.items()}
@@ -168,9 +182,12 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
-            "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # each trigger ends with a frame
+            "set_stage": self.set_stage,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
+            "start_turntable": self.start_turntable,
+            "cancel_turntable": self._turntable.cancel,
+            **self._cameras.triggers,
         }
 
     def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
@@ -189,6 +206,12 @@ class Studio:
             self._done(said, buttons)
 
         return trigger
+
+    def _point_at(self, number: Any = None) -> None:
+        """Mark the light whose row is pointed at. A message with its buttons stays, unlike after other triggers."""
+        with suppress(ValueError):  # the light was deleted
+            self.document.point_at(number)
+            self.draw()
 
     def _done(self, said: Any, buttons: Sequence[Remedy] = ()) -> None:
         """Show the message of an action, if any. Request a frame and an update of the page."""
@@ -241,12 +264,13 @@ class Studio:
             self._later(_SHOW_AFTER, self._show)
 
     def _shown(self) -> dict[str, Any]:
-        meshes = self._subplot.lit.shown
+        meshes = self._subplot.lit.subjects
         points = sum(mesh.drawn.n_points for mesh in meshes)
         title = f"{self._opening.file.stem}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
+        shown |= self._cameras.shown() | self._turntable.shown(self._opening.file.stem)
         return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
 
     def _awaited(self) -> dict[str, Any]:
@@ -258,7 +282,13 @@ class Studio:
             "refining": round(100.0 * min(each.part for each in awaited)) if awaited else None,
             "refining_paused": any(each.is_paused for each in awaited),
             "refined": self._refined(),
+            "exactness": self._exactness(),
         }
+
+    def _exactness(self) -> dict[str, Any]:
+        """Return the sentence on how exact the picture is, and its button."""
+        exact = exactness(self._plans, self.document.accuracy, is_refined=self._is_refined)
+        return {"text": exact.text, **exact.improve._asdict()}
 
     def _refined(self) -> str:
         """Return a text on the refined picture that is shown; "" if nothing is refined."""
@@ -301,22 +331,33 @@ class Studio:
 
     def _show_plan(self) -> None:
         scene, meshes, tolerance = self._subplot.scene, self._subplot.lit.shown, self.document.accuracy.tolerance
-        known = scene, [(mesh, mesh.material, mesh.geometry()) for mesh in meshes], tolerance
+        known = (
+            scene,
+            [(mesh, mesh.material, mesh.geometry()) for mesh in meshes],
+            self.document.accuracy,
+            self._picture,
+            self._is_refined,
+        )
         if known == self._planned_for:
             return
-        self._planned_for, shown = known, []
+        self._planned_for, shown, plans = known, [], list[Plan]()
         for mesh in meshes:
             lit = shallow_copy(mesh.drawn)
             lit.point_data.active_normals = mesh.normals
             with suppress(ValueError):  # the view shows why the mesh cannot be lit
                 where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
                 made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
-                shown.append({"name": self.document.mesh_name(mesh), "rows": _rows(made), "accuracy": _accuracy(made)})
+                plans.append(made)
+                shown.append(
+                    {"name": self.document.mesh_name(mesh), "rows": rows_of(made), "accuracy": summary_of(made)}
+                )
         try:
             script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
+        self._plans = plans
         with self.server.state as state:
+            state.exactness = self._exactness()
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
             state.script = script
         self._save()
@@ -374,17 +415,46 @@ class Studio:
         function = EXAMPLES[check.choice("name", name, EXAMPLES)]
         self.open(getattr(examples, function)(), name, f"pv.examples.{function}()")
 
+    def set_stage(self, kind: str) -> str:
+        """Draw a ground, a backdrop or a plinth under the meshes, or with "" none; return a message."""
+        check.choice("kind", kind, ("", *get_args(Stage)))
+        with self._active():
+            return self.document.set_stage(kind)
+
     @property
     def downloads(self) -> Downloads:
         """The downloads of the current state. While a background computation runs, they are as the view shows them."""
-        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
+        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.subjects}
+        stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting
         file, scene = self._opening.file, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
-        return Downloads(meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown)
+        found = Downloads(
+            meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown, stage, self._picture
+        )
+        if self._is_refined:
+            names = {mesh: name for name, mesh in meshes.items()} | ({} if stage is None else {stage: STAGE})
+            refining = self._subplot.lit.refining
+            found.refined = {name: refining[mesh].result() for mesh, name in names.items()}
+            found.refine = self.document.accuracy.refine
+        return found
+
+    @property
+    def _is_refined(self) -> bool:
+        """True if the view shows all meshes refined within the tolerance."""
+        refining = self._subplot.lit.refining
+        return bool(refining) and all(mesh in refining and refining[mesh].is_within for mesh in self._subplot.lit.shown)
+
+    @property
+    def _picture(self) -> Picture:
+        """Options of the picture, as typed and set in the page."""
+        state, display = self.server.state, self._plotter.phong.display
+        background = self.document.background
+        color = TRANSPARENT if background.transparent else hex_of(background.background)
+        return Picture((state.width, state.height), color, display)
 
     async def _give(self, request: web.Request) -> web.StreamResponse:
         """Answer a request for a download."""
@@ -395,8 +465,9 @@ class Studio:
             size = _whole("width", width), _whole("height", height)
             if what in LIT and not downloads.is_as_shown:
                 await asyncio.to_thread(lambda: downloads.lit)  # slow with bounces
-            with self._active():
-                name, content = downloads.read(what, self._plotter, size)
+            if what == "png":
+                downloads.picture = replace(downloads.picture, size=size)
+            name, content = downloads.read(what)
         except ValueError as error:
             self.say(str(error))
             return web.Response(status=400, text=str(error))
@@ -439,25 +510,29 @@ class Studio:
     # -- numbers outside the document, and the accuracy report
 
     def type_number(self, name: Any, given: Any) -> None:
-        """Set a typed number: the report's "seconds", or "width" or "height" of a picture."""
+        """Set a typed number: the report's "seconds", "turntable_pictures", or "width" or "height" of a picture."""
         state = self.server.state
-        if check.choice("name", name, ("seconds", "width", "height")) == "seconds":
-            state.seconds = _seconds(given)
-            return
+        match check.choice("name", name, ("seconds", "turntable_pictures", "width", "height")):
+            case "seconds":
+                state.seconds = _seconds(given)
+                return
+            case "turntable_pictures":
+                state.turntable_pictures = pictures_in(given)
+                return
         size = {"width": state.width, "height": state.height} | {name: _whole(name, given)}
         refuse_size((size["width"], size["height"]))
         state.update(size)
 
-    def measure(self, seconds: Any) -> None:
+    def measure(self, seconds: Any = None) -> None:
         """Start measuring accuracy against time, in the background.
 
         Parameters
         ----------
-        seconds : float or str
-            Time limit, as a number or text.
+        seconds : float or str, optional
+            Time limit, as a number or text; by default the one on the page.
         """
-        seconds = _seconds(seconds)
-        meshes = self._subplot.lit.shown
+        seconds = _seconds(self.server.state.seconds if seconds is None else seconds)
+        meshes = self._subplot.lit.subjects
         if not meshes:
             check.refuse("mesh", "none", "open", "Open a mesh first.")
         self.mark_worst(False)
@@ -483,6 +558,11 @@ class Studio:
             self._reports += 1
         with self.server.state as state:
             state.report = vars(report) | {"figure": f"report/{self._reports}.png" if report.figure else ""}
+
+    def start_turntable(self, pictures: Any) -> None:
+        """Start a turntable in the background. `pictures` is a number or text."""
+        self._turntable.start(self.downloads, pictures_in(pictures), self._done)
+        self.show()
 
     async def _figure(self, _request: web.Request) -> web.StreamResponse:
         figure = self._measuring.report.figure
@@ -529,10 +609,11 @@ class Studio:
             await messages.disconnectClients()
 
         server.app.on_shutdown.append(end)
-        server.app.router.add_post("/paraview/", _no_launcher)
+        server.app.router.add_post("/paraview/", no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
-        server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
+        server.app.router.add_get("/turntable/{name}.gif", self._turntable.answer)
+        server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
             ("rig", (".json",), self._take_rig),
@@ -600,6 +681,7 @@ class Studio:
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()
+        self._turntable.release()
         await self._view.handler.close()
         await self._begun()  # a server that has not started cannot be stopped
         await self.server.stop()
@@ -614,39 +696,3 @@ def _whole(name: str, given: Any) -> int:
     """Return a whole number, from a number or text."""
     number = number_in(name, given)
     return int(number) if number.is_integer() else check.refuse(name, given, "a whole number")
-
-
-async def _no_launcher(_request: web.Request) -> web.StreamResponse:
-    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
-
-    The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
-    """
-    return web.Response(status=204)
-
-
-async def _thumbnail(request: web.Request) -> web.StreamResponse:
-    """Answer a request for the thumbnail of a material or reflectance."""
-    try:
-        image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
-    except ValueError:
-        return web.Response(status=404)
-    return web.Response(body=image, content_type="image/png", headers={"Cache-Control": "max-age=3600"})
-
-
-def _rows(made: Plan) -> list[list[str]]:
-    """Return a row for each effect: name, on or off, reason, error bound, nanoseconds per vertex."""
-    rows = []
-    for effect in EFFECTS:
-        decision = made.effects[effect.name]
-        bound = f"{decision.bound:.2g}" if decision.bound else ""
-        cost = f"{effect.nanoseconds(decision):.1f}" if decision.on else ""
-        rows.append([effect.name, "on" if decision.on else "off", decision.why, bound, cost])
-    return rows
-
-
-def _accuracy(made: Plan) -> str:
-    """Return a sentence on the error and the cost of a plan."""
-    error = f"off by at most {made.error_bound:.3g}" if made.error_bound else "exact"
-    cost = sum(effect.nanoseconds(made.effects[effect.name]) for effect in EFFECTS)
-    depends = "change" if made.view_dependent else "do not change"
-    return f"Colours are {error} and {depends} when the viewer moves. Cost: about {cost:.1f} ns per vertex."

@@ -5,11 +5,13 @@ pvphong lights several vertices per pixel.
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
 
 import numpy as np
+from aiohttp import web
 
 from pvphong.base import check
 from pvphong.optics.material import Material
@@ -18,7 +20,7 @@ from pvphong.scene.presets import key_fill_rim, setups
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
 from pvphong.shading.evaluation import evaluate
-from pvphong.studio.web.document import new_reflectance
+from pvphong.studio.web.kinds import new_reflectance
 
 _SIDE = 56  # pixels
 _SMOOTH = 3  # rows of vertices per row of pixels
@@ -68,3 +70,12 @@ def thumbnail(kind: str, name: str) -> bytes:
     out = BytesIO()
     Image.fromarray(np.rint(255.0 * blocks.clip(0.0, 1.0)).astype(np.uint8)).save(out, format="PNG")
     return out.getvalue()
+
+
+async def answer(request: web.Request) -> web.StreamResponse:
+    """Answer a request for the thumbnail of a material or reflectance."""
+    try:
+        image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
+    except ValueError:
+        return web.Response(status=404)
+    return web.Response(body=image, content_type="image/png", headers={"Cache-Control": "max-age=3600"})

@@ -41,4 +41,5 @@ def page(opened):
         opened.trigger("undo")
         time.sleep(0.1)
     opened.until(lambda: not opened.state("can_undo"))
+    opened.unfold()  # a test may have loaded the page again
     return opened

@@ -16,8 +16,9 @@ from pvphong.optics.photometry import Photometry
 from pvphong.optics.reflectances import PBR, REFLECTANCES
 from pvphong.optics.roles import angle, place
 from pvphong.scene.light_model import LightModel
-from pvphong.studio.web.document import Accuracy, new_reflectance
 from pvphong.studio.web.fields import edited, fields_of, form_of, hex_of, number_in
+from pvphong.studio.web.kinds import new_reflectance
+from pvphong.studio.web.settings import Accuracy
 
 EDITED = [kind() for kind in LIGHT_TYPES.values()]
 EDITED += [new_reflectance(name) for name in REFLECTANCES]

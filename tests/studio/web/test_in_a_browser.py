@@ -72,7 +72,7 @@ def test_numbers_names_and_colours_are_typed_and_what_is_refused_is_said(page):
     page.type("light-name", "sun", page.row("key"))
     page.until(lambda: page.light("sun"))
     page.type("intensity", "-3", page.row("sun"))
-    page.until(lambda: "Intensity: -3 is out of range. Enter 0 or more." in page.all("notice")[0].text)
+    page.until(lambda: "Brightness: -3 is out of range. Enter 0 or more." in page.all("notice")[0].text)
     assert page.light("sun")["intensity"]["value"] == 0.25
     page.until(lambda: page.typed("intensity", page.row("sun")) == "0.25")
     for _ in range(3):
@@ -90,7 +90,7 @@ def test_numbers_are_taken_as_they_are_typed_or_refused(page):
     key = page.row("key")
     for typed, said in NO_NUMBERS.items():
         page.type("intensity", typed, key)
-        page.until(lambda said=said: f"Intensity{said}" in page.state("notice"))
+        page.until(lambda said=said: f"Brightness{said}" in page.state("notice"))
         page.until(lambda: page.typed("intensity", key) == "1")
     assert not page.state("can_undo")
     for typed, number in (("1,5", 1.5), ("1.25", 1.25), ("1000", 1000.0)):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from browsers import needs_a_browser
+from pages import Page
 
 pytestmark = needs_a_browser
 
@@ -31,7 +32,7 @@ def test_the_picture_has_an_alternative_text_and_panels_have_headings(page):
     page.trigger("edit", page.light("fill")["on"]["key"], False)
     page.until(lambda: image().get_attribute("alt") == "ball: 530 points; lit by key, rim")
     found = [each.text.split("\n")[0] for each in page.driver.find_elements("css selector", "h2 button")]
-    assert found == ["Lights", "Mix", "Material", "Picture", "Scene", "Plan", "Accuracy", "Files"]
+    assert found == ["Lights", "Mix", "Material", "Scene", "Camera", "Picture", "Files", "Advanced"]
     (title,) = page.driver.find_elements("css selector", "h1")
     assert title.text == "ball: 530 points"
 
@@ -67,3 +68,28 @@ def test_panels_never_cover_the_view_and_the_model_is_not_cropped(page, folder, 
         page.driver.execute_script("window.trame.state.set('drawer', null)")
         page.resize(900, 600)
         page.until(lambda: rect("view")["width"] == 500)
+
+
+def test_advanced_is_folded_and_its_first_sentence_has_the_button_that_improves_the_picture(driver, served, page):
+    first = page.driver.current_window_handle
+    page.driver.switch_to.new_window("tab")
+    try:
+        fresh = Page(driver, served.address, is_unfolded=False)
+        assert not fresh.all("exactness")[0].is_displayed()
+        assert not fresh.all("plan-row")[0].is_displayed()
+        fresh.click("advanced")
+        fresh.until(lambda: "blended" in fresh.all("exactness")[0].text)
+        assert fresh.all("improve")[0].text == "Refine between the points"
+        fresh.settled(lambda: fresh.all("improve")[0].rect)
+        fresh.click("improve")
+        fresh.until(lambda: fresh.state("accuracy")["refine"]["set"])
+        fresh.until(lambda: "within one step of a screen" in fresh.all("exactness")[0].text)
+        assert fresh.all("improve")[0].text == "Check it by a measurement"
+        fresh.trigger("edit", fresh.light("fill")["intensity"]["key"], 0.001)
+        fresh.trigger("edit", "accuracy.tolerance", 0.05)
+        fresh.until(lambda: "left out: fill: too weak to be seen" in fresh.all("exactness")[0].text)
+        fresh.click("improve")
+        fresh.until(lambda: fresh.all("exactness")[0].text.endswith("nothing is left out."))
+    finally:
+        page.driver.close()
+        page.driver.switch_to.window(first)

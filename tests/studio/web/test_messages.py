@@ -7,9 +7,9 @@ import pytest
 from pvphong.base import check
 from pvphong.optics.lights import PointLight
 from pvphong.optics.reflectances import PBR
-from pvphong.studio.web.document import Accuracy, Surfaces
 from pvphong.studio.web.fields import edited, number_in
 from pvphong.studio.web.messages import in_page_words, remedies
+from pvphong.studio.web.settings import Accuracy, Surfaces
 
 
 def error_of(act, *args):
@@ -22,14 +22,14 @@ def error_of(act, *args):
 @pytest.mark.parametrize(
     ("act", "args", "said", "buttons"),
     [
-        (edited, (PointLight(), "intensity", "-3"), "Intensity: -3 is out of range. Enter 0 or more.", ["0"]),
-        (edited, (PointLight(), "intensity", "a lot"), "Intensity: “a lot” is not a number.", []),
-        (edited, (PointLight(), "intensity", None), "Intensity: enter a value.", []),
-        (edited, (PointLight(), "intensity", " "), "Intensity: enter a value.", []),
+        (edited, (PointLight(), "intensity", "-3"), "Brightness: -3 is out of range. Enter 0 or more.", ["0"]),
+        (edited, (PointLight(), "intensity", "a lot"), "Brightness: “a lot” is not a number.", []),
+        (edited, (PointLight(), "intensity", None), "Brightness: enter a value.", []),
+        (edited, (PointLight(), "intensity", " "), "Brightness: enter a value.", []),
         (
             edited,
             (PointLight(), "intensity", "1,000"),
-            "Intensity: “1,000” is ambiguous, because the comma may separate thousands or decimals.",
+            "Brightness: “1,000” is ambiguous, because the comma may separate thousands or decimals.",
             ["1000", "1"],
         ),
         (edited, (PBR(), "roughness", 0), "Roughness: 0 is out of range. Enter a number above 0, up to 1.", []),
@@ -37,7 +37,7 @@ def error_of(act, *args):
         (
             edited,
             (Surfaces(), "feature_angle", 181),
-            "Sharp edges: 181 is out of range. Enter a number from 0 to 180.",
+            "Sharp edges from: 181 is out of range. Enter a number from 0 to 180.",
             ["180"],
         ),
         (edited, (PointLight(), "on", "yes"), "On must be on or off, not yes.", []),

@@ -189,6 +189,66 @@ def test_the_script_of_blocks_lights_them_as_the_studio_does(new_plotter, tmp_pa
         np.testing.assert_array_equal(saved["phong"], lit["phong"])
 
 
+def test_the_script_of_blocks_on_a_stage_lights_them_as_the_studio_does(new_plotter, tmp_path, monkeypatch):
+    plotter, blocks = new_plotter((64, 48)), blocks_in(tmp_path / "part.vtm")
+    plotter.phong.add_light(ph.DirectionalLight((0, 0.3, -1)))
+    first, *_ = plotter.phong.add_mesh(blocks, name="part")
+    plotter.phong.mesh(first).shared_material = SharedMaterial(GOLD)
+    plotter.show(auto_close=False)
+
+    def act(studio):
+        assert "Shadows are on now" in studio.set_stage("ground")
+        studio.server.state.update({"width": 64, "height": 48})
+        assert list(studio.document.materials)[-1] == "stage"
+        return studio.downloads
+
+    downloads = in_a_studio(plotter, act)
+    monkeypatch.chdir(tmp_path)
+    drawn = pv.read(downloads.write("png", tmp_path)).active_scalars.astype(int)
+    downloads.save_rig(tmp_path / "rig.json")
+    (tmp_path / "part.png").unlink()
+    exec(compile(downloads.script(), "script", "exec"), {})
+    saved = pv.read(tmp_path / "part-lit.vtkhdf")
+    assert len(saved) == len(blocks)
+    for block, lit in zip(saved, leaves(downloads.lit), strict=True):
+        np.testing.assert_array_equal(block["phong"], lit["phong"])
+    assert np.abs(pv.read(tmp_path / "part.png").active_scalars.astype(int) - drawn).max() <= 1
+    assert "stage" not in ph.load_materials(tmp_path / "rig.json")
+
+
+@pytest.mark.parametrize("stage", ["", "ground"])
+def test_the_picture_is_refined_as_the_view_is_and_its_script_too(new_plotter, tmp_path, monkeypatch, stage):
+    ball, plotter = pv.Sphere(theta_resolution=12, phi_resolution=12), new_plotter((160, 120))
+    ball.save(tmp_path / "ball.vtp")
+    plotter.phong.add_light(
+        ph.SpotLight.at((0.8, -2, 0.9), target=(0, -0.3, 0.1), cone_angle=8, exponent=0, intensity=3)
+    )
+    plotter.phong.add_mesh(ball, name="ball")
+    plotter.show(auto_close=False)
+
+    def act(studio):
+        state = studio.server.state
+        state.width, state.height = 160, 120
+        studio.set_stage(stage)
+        studio.document.edit("model.shadows", False)
+        studio.document.edit("display.exposure", -1.0)
+        before = pv.read(studio.downloads.write("png", tmp_path)).active_scalars.astype(int)
+        studio.document.edit("accuracy.refine", 0.1)
+        plotter.phong._subplot.lit.refresh(waits=True)
+        return before, studio.downloads
+
+    before, downloads = in_a_studio(plotter, act, file="ball.vtp")
+    drawn = pv.read(downloads.write("png", tmp_path)).active_scalars.astype(int)
+    assert np.abs(drawn - before).max() > 40  # the edge of the cone is crisp
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.png").unlink()
+    exec(compile(downloads.script(), "script", "exec"), {})
+    again = pv.read(tmp_path / "ball.png").active_scalars.astype(int)
+    off = np.abs(again - drawn).max(axis=1)
+    assert (off > 6).mean() < 0.003
+    assert off.mean() < 0.2
+
+
 def test_the_command_begins_with_a_rig_that_was_kept_of_blocks(tmp_path, monkeypatch):
     path, started = tmp_path / "part.vtm", []
     blocks_in(path)
@@ -217,7 +277,7 @@ def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, c
             condition = re.search('v-if="([^"]*)"', button)[1]
             assert eval(condition, {"mesh_count": state.mesh_count}) is (what in shown)
             if what in shown:
-                studio.downloads.write(what, tmp_path, plotter, (64, 48))
+                studio.downloads.write(what, tmp_path)
         return studio.downloads
 
     downloads = in_a_studio(plotter, act)

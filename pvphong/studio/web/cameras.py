@@ -1,0 +1,104 @@
+"""Views of the camera on the page: front, top, side and isometric ones, views that are kept, and the axis cross."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pvphong.base import check
+from pvphong.base.types import Vector
+from pvphong.meshes.pictures import aim
+from pvphong.scene.viewer import Viewer
+from pvphong.studio.subplot import Subplot
+
+VIEWS: Mapping[str, tuple[Vector, Vector]] = {
+    "front": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "back": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "left": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "right": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "isometric": ((1.0, 1.0, 1.0), (0.0, 0.0, 1.0)),
+}
+"""Name of a view → direction to the eye, and up. Front, right, top and isometric are PyVista's `view_xz`, `view_yz`,
+`view_xy` and `view_isometric`."""
+
+_MOST_KEPT = 20
+
+
+class Cameras:
+    """The camera of the view. It is not part of the undo history.
+
+    Parameters
+    ----------
+    subplot : Subplot
+        The subplot with the camera.
+    """
+
+    def __init__(self, subplot: Subplot) -> None:
+        self._subplot = subplot
+        self._kept: dict[int, Viewer] = {}
+        self._number = 0
+        self._has_axes = False
+
+    @property
+    def triggers(self) -> dict[str, Callable[..., Any]]:
+        """Triggers of the page."""
+        acts = self.look, self.fit, self.keep_view, self.look_kept, self.forget_view, self.show_axes
+        return {act.__name__: act for act in acts}
+
+    def shown(self) -> dict[str, Any]:
+        """Return the values for the page."""
+        return {"kept_views": list(self._kept), "axes": self._has_axes}
+
+    def look(self, name: str) -> None:
+        """Show the meshes from one side; the name is one of `VIEWS`."""
+        direction, up = VIEWS[check.choice("name", name, VIEWS)]
+        bounds = np.array([mesh.actor.bounds for mesh in self._subplot.lit.subjects if mesh.actor is not None])
+        if not len(bounds):
+            check.refuse("mesh", "none", "open", "Open a mesh first.")
+        middle = 0.5 * (bounds[:, ::2].min(axis=0) + bounds[:, 1::2].max(axis=0))
+        renderer = self._subplot.renderer
+        renderer.camera_position = [tuple(middle + direction), tuple(middle), up]
+        self.fit()
+
+    def fit(self) -> None:
+        """Move the camera so that the meshes fill the view; a stage does not count."""
+        renderer = self._subplot.renderer
+        with self._subplot.lit.without_bounds_of_stage():
+            renderer.reset_camera(render=False)  # each trigger ends with a frame
+        renderer.ResetCameraClippingRange()
+
+    def keep_view(self) -> str:
+        """Keep the present view, and return a message."""
+        if len(self._kept) == _MOST_KEPT:
+            return f"Only {_MOST_KEPT} views can be kept. Remove one first."
+        self._number += 1
+        self._kept[self._number] = self._subplot.lights.viewer
+        return ""
+
+    def look_kept(self, number: Any) -> None:
+        """Show the meshes as in a view that was kept. The camera's angle stays, because it fits the width of the
+        window.
+        """
+        renderer = self._subplot.renderer
+        aim(renderer, replace(self._kept[self._found(number)], view_angle=renderer.camera.GetViewAngle()))
+        renderer.ResetCameraClippingRange()
+
+    def forget_view(self, number: Any) -> None:
+        """Remove a view that was kept."""
+        del self._kept[self._found(number)]
+
+    def _found(self, number: Any) -> int:
+        return number if number in self._kept else check.refuse("view", number, "the number of a view that is kept")
+
+    def show_axes(self, on: Any) -> None:
+        """Show an axis cross in the lower left corner of the view, or hide it. Pictures have none."""
+        self._has_axes = check.flag("on", on)
+        renderer = self._subplot.renderer
+        if self._has_axes:
+            renderer.add_axes(interactive=False)
+        elif renderer.axes_enabled:
+            renderer.hide_axes()

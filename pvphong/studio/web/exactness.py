@@ -1,0 +1,105 @@
+"""The panel "Advanced" in words: how exact the picture is, what is left out, and the table of a plan."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pvphong.shading.plan.effects import EFFECTS
+from pvphong.shading.plan.plan import Plan
+from pvphong.studio.web.messages import Remedy
+from pvphong.studio.web.settings import Accuracy
+
+_STEP = 1.0 / 255.0
+"""One step of a screen."""
+
+_LEFT_OUT = re.compile(r"\(left out: (?P<what>.*)\)$")
+
+
+class Exactness(NamedTuple):
+    """What a person reads first about accuracy.
+
+    Parameters
+    ----------
+    text : str
+        The sentence.
+    improve : Remedy
+        The button that makes the picture more exact; a measurement, if there is nothing to improve.
+    """
+
+    text: str
+    improve: Remedy
+
+
+def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) -> Exactness:
+    """Return the sentence for the plans of all visible meshes.
+
+    Parameters
+    ----------
+    plans : sequence of Plan
+        The plans.
+    accuracy : Accuracy
+        Tolerance of the plans, and of refined pictures.
+    is_refined : bool
+        True if refining has reached its tolerance.
+    """
+    error = max((plan.error_bound for plan in plans), default=0.0)
+    at_points = f"within {_in_steps(error)} of the exact colour" if error else "exact"
+    if accuracy.refine is None:
+        between = "between them colours are blended, so edges of shadows may look ragged"
+    elif not is_refined:
+        between = "between them colours are blended, as refining is not complete"
+    else:
+        between = f"between them within {_in_steps(accuracy.refine)}"
+    left_out = _left_out(plans)
+    text = f"At the points of the mesh, every colour is {at_points}; {between}; "
+    text += f"left out: {left_out}." if left_out else "nothing is left out."
+    if accuracy.refine is None:
+        improve = Remedy("Refine between the points", [["edit", ["accuracy.refine", _STEP]]])
+    elif not is_refined:
+        improve = Remedy("Go on refining", [["go_on_refining", []]])
+    elif error or accuracy.tolerance:
+        improve = Remedy("Leave nothing out", [["edit", ["accuracy.tolerance", 0]]])
+    else:
+        improve = Remedy("Check it by a measurement", [["report", []]])
+    return Exactness(text, improve)
+
+
+def _in_steps(error: float) -> str:
+    """Return an error in steps of a screen: "half a step of a screen", for example."""
+    steps = error / _STEP
+    if steps < 0.1:
+        return "a tenth of a step of a screen"
+    if steps <= 0.5:
+        return "half a step of a screen"
+    return "one step of a screen" if steps <= 1.0 else f"{steps:.2g} steps of a screen"
+
+
+def _left_out(plans: Sequence[Plan]) -> str:
+    """Return the lights and parts of lights that the plans leave out, with reasons; "" if there are none."""
+    found: dict[str, None] = {}  # keeps the order
+    for plan in plans:
+        for decision in plan.effects.values():
+            if match := _LEFT_OUT.search(decision.why):
+                found |= dict.fromkeys(match["what"].split("; "))
+    return "; ".join(found)
+
+
+def rows_of(made: Plan) -> list[list[str]]:
+    """Return a row for each effect: name, on or off, reason, error bound, nanoseconds per vertex."""
+    rows = []
+    for effect in EFFECTS:
+        decision = made.effects[effect.name]
+        bound = f"{decision.bound:.2g}" if decision.bound else ""
+        cost = f"{effect.nanoseconds(decision):.1f}" if decision.on else ""
+        rows.append([effect.name, "on" if decision.on else "off", decision.why, bound, cost])
+    return rows
+
+
+def summary_of(made: Plan) -> str:
+    """Return a sentence on the error and the cost of a plan."""
+    error = f"off by at most {made.error_bound:.3g}" if made.error_bound else "exact"
+    cost = sum(effect.nanoseconds(made.effects[effect.name]) for effect in EFFECTS)
+    depends = "change" if made.view_dependent else "do not change"
+    return f"Colours are {error} and {depends} when the viewer moves. Cost: about {cost:.1f} ns per vertex."

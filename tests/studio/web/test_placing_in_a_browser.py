@@ -1,0 +1,80 @@
+"""Placing of lights on the page, in a real Chromium."""
+
+import numpy as np
+from browsers import needs_a_browser
+
+pytestmark = needs_a_browser
+
+
+def field_of(page, name):
+    css = f'[data-field="{name}"] input[inputmode=decimal]'
+    (field,) = page.row("spot").find_elements("css selector", css)
+    page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+    return field
+
+
+def value(page, form, name):
+    return next(entry["value"] for entry in page.light("spot")[form] if entry["name"] == name)
+
+
+def test_a_light_is_placed_by_angles_and_distance_about_its_target(page):
+    page.click("add-spot")
+    page.until(lambda: page.light("spot")["placing"])
+    target = np.add(value(page, "fields", "position"), value(page, "fields", "direction"))
+    for name, typed in (("azimuth", "90"), ("elevation", "0"), ("distance", "3")):
+        field_of(page, name).send_keys("\ue009a\ue000", typed, "\ue007")
+        page.until(lambda name=name, typed=typed: abs(value(page, "placing", name) - float(typed)) < 1e-9)
+    np.testing.assert_allclose(value(page, "fields", "position"), target + np.array((3, 0, 0)), atol=1e-6)
+    np.testing.assert_allclose(value(page, "fields", "direction"), (-3, 0, 0), atol=1e-6)
+    for _ in range(3):
+        page.click("undo")
+    page.until(lambda: abs(value(page, "placing", "distance") - 3) > 0.1)
+
+
+def test_the_highlight_is_put_where_the_view_is_clicked(page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    page.trigger("choose_material", 0, "gold")
+    page.click("add-spot")
+    before = page.until(lambda: page.light("spot")["fields"])
+    page.trigger("look", "front")
+    (view,) = page.all("view")
+    page.until(lambda: page.all("highlight-here"))
+    page.click("highlight-here")
+    page.until(lambda: "studio-aiming" in view.get_attribute("class"))
+    ActionChains(page.driver).move_to_element_with_offset(view, 40, -30).pause(0.3).click().perform()
+    page.until(lambda: page.light("spot")["fields"] != before)
+    page.until(lambda: "studio-aiming" not in view.get_attribute("class"))
+    position, direction = (np.array(value(page, "fields", name)) for name in ("position", "direction"))
+    at = position + direction  # the light aims at the point of its highlight
+    assert abs(np.linalg.norm(at) - 0.5) < 0.01  # on the ball
+    assert at[0] > 0.05
+    assert at[2] > 0.05
+    page.click("undo")
+    page.until(lambda: page.light("spot")["fields"] == before)
+    page.click("shine-from-here")
+    page.until(lambda: value(page, "fields", "position")[1] < -1)  # the camera is in front
+
+
+def test_the_gizmo_under_the_cursor_lights_up_its_row_and_the_other_way_round(page, folder):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    page.click("add-point")
+    page.until(lambda: page.light("point")["selected"])
+    page.trigger("look", "front")
+    (view,) = page.all("view")
+    ActionChains(page.driver).move_to_element(page.all("undo")[0]).perform()
+    before = np.array(page.settled(lambda: page.picture().tolist()))
+    ActionChains(page.driver).move_to_element(page.row("fill")).perform()
+    page.until(lambda: (np.abs(page.picture() - before).max(axis=2) > 60).sum() > 50)  # its name and arrows
+    page.driver.save_screenshot(str(folder / "pointed.png"))
+    ActionChains(page.driver).move_to_element(page.all("undo")[0]).perform()
+    page.until(lambda: (np.abs(page.picture() - before).max(axis=2) > 60).sum() < 5)
+    assert not any(light["hovered"] for light in page.state("lights"))
+    for index, coordinate in enumerate((0, -1, 0)):
+        page.trigger("edit", f"light.{page.light('point')['number']}.position", coordinate, [index])
+    page.settled(lambda: page.picture().tolist())
+    ActionChains(page.driver).move_to_element_with_offset(view, 3, 0).move_to_element(view).perform()
+    page.until(lambda: page.light("point")["hovered"])
+    (row,) = page.driver.find_elements("css selector", ".studio-hovered")
+    assert row.get_attribute("aria-label") == "Light point"
