@@ -44,7 +44,9 @@ _AT_ONCE = 16
 
 
 class Cast(NamedTuple):
-    """Result of rays from m vertices to k points of a light. All vertices use the same k numbers of the Sobol sequence.
+    """Result of rays from m vertices to k points of a light.
+
+    The points have the same k numbers of the Sobol sequence for all vertices.
     """
 
     sent: FloatArray
