@@ -1,7 +1,8 @@
 """Occlusion tests and first hits of rays with triangles, in coordinates of any size.
 
 In order: triangles and hits; the equivalent backends, two for Embree and one for VTK; `Caster`, which prepares rays of
-any length and origin for a backend; and `Occluders`, parts that can block light, each the triangles of one mesh.
+any length and origin for a backend; and `Occluders`, all geometry that can block light. Occluders consist of parts; a
+part is the triangles of one mesh.
 
 A backend has at least one triangle, with finite coordinates from -1 to 1: a caster centres its triangles and scales
 them by a power of two. Rays start at most a few such units away. So single precision has the same resolution for any
@@ -39,7 +40,8 @@ BYTES_PER_TRIANGLE = 130
 """Memory of a caster per triangle, roughly, measured with both backends for 1 to 3 million triangles."""
 
 RESOLUTION = 2.0**-18
-"""Resolution relative to the size of a caster's triangles; hits closer to an end of a ray may be missed."""
+"""Resolution of a caster, relative to the size of its triangles. Hits that are closer to an end of a ray may be
+missed."""
 
 _RAYS_AT_ONCE = 2**15
 
@@ -117,7 +119,7 @@ class Hits(NamedTuple):
 
 
 class Triangles(NamedTuple):
-    """All triangles of several parts, for compiled code."""
+    """All triangles of several parts, for compiled code. Each caster tests some of them."""
 
     starts: IntArray
     """Start of each caster's triangles in `numbers`."""
@@ -144,13 +146,19 @@ class Embreex:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for each ray that hits a triangle; arguments as for `Embree.blocked`."""
+        """Return, shape (n,), True for each ray that hits a triangle within its length.
+
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
+        """
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found: BoolArray = self._scene.run(*rays, dists=lengths.astype(np.float32), query="OCCLUDED") >= 0
         return found
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """Find the first hit of each ray; arguments as for `Embree.blocked`."""
+        """Find the first hit of each ray within its length.
+
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
+        """
         rays = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found = self._scene.run(*rays, dists=lengths.astype(np.float32), query="INTERSECT", output=True)
         result, met = Hits.none(len(lengths)), found["geomID"] >= 0
@@ -174,11 +182,17 @@ class Locator:
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for each ray that hits a triangle; arguments as for `Embree.blocked`."""
+        """Return, shape (n,), True for each ray that hits a triangle within its length.
+
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
+        """
         return self.first(origins, directions, lengths).triangles >= 0
 
     def first(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> Hits:
-        """Find the first hit of each ray; arguments as for `Embree.blocked`."""
+        """Find the first hit of each ray within its length.
+
+        `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
+        """
         ends = origins + lengths[:, None] * directions
         meet: Any = self._locator.IntersectWithLine  # VTK's annotations lack output arguments
         of_vtk: list[Any] = [mutable(0.0), mutable(0), mutable(0)]
@@ -214,8 +228,8 @@ class Caster:
         Triangles, at least one of them with finite corners. Triangles without an area, or with a corner that is not
         finite, block nothing.
     within : (low, high) or None
-        Box of a larger set that contains the triangles. It determines rounding and origins of rays, so that these are
-        the same as for the whole set. Defaults to the triangles' own box.
+        Box of a larger set of triangles that contains these. It determines rounding and origins of rays, so that they
+        are the same as for the whole set. Defaults to the triangles' own box.
     backend : type
         Class that casts the rays.
     """
@@ -232,7 +246,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, three numbers; then the power of two that scales the box to [−1, 1]."""
+        """Centre of the box, three numbers; then the power of two by which coordinates are scaled to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
@@ -241,7 +255,7 @@ class Caster:
         return math.ldexp(RESOLUTION, self._exponent)
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for each ray that hits a triangle within a distance of its origin.
+        """Return True for each ray that hits a triangle within its length.
 
         Parameters
         ----------
@@ -250,7 +264,7 @@ class Caster:
         directions : ndarray
             Shape (n, 3), unit vectors.
         distances : ndarray
-            Shape (n,), in the unit of the triangles; infinity for an unbounded ray.
+            Shape (n,): lengths of the rays, in the unit of the triangles; infinity for an unbounded ray.
 
         Returns
         -------
@@ -265,7 +279,8 @@ class Caster:
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
         """Find the first hit of each ray; arguments as for `blocked`.
 
-        Triangles are numbered as in `BlockingFaces.sound`, without those that have a corner that is not finite.
+        The triangles' numbers in the result are indices in `BlockingFaces.sound`, which has only triangles with finite
+        corners.
         """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
@@ -279,9 +294,9 @@ class Caster:
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
         """Yield chunks of rays that may hit something, with arguments for the backend's `blocked` and `first`.
 
-        Arguments as for `blocked`. A chunk is five arrays: the indices of the rays; their origins, directions and
-        lengths in the backend's coordinates; and the length by which each ray is shortened, because far origins are
-        moved along their rays to the triangles.
+        The arguments are as for `Caster.blocked`. A chunk is five arrays: the indices of the rays; their origins,
+        directions and lengths in the backend's coordinates; and the length by which each ray is shortened. A ray from a
+        far origin is shortened because its origin is moved along the ray to the triangles.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -319,12 +334,12 @@ _ALIKE = 2.0**8
 
 
 class Occluders:
-    """Parts that block light together.
+    """Geometry that can block light, as several parts.
 
     Parameters
     ----------
     parts : sequence of BlockingFaces
-        Parts in the world.
+        Triangles of each part, in the world. A part is usually a mesh.
     within : (low, high), optional
         Box of a larger surface that contains the parts. Rays are then rounded as if the whole surface were given.
     """
@@ -343,7 +358,8 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Groups of parts of similar size, as lists of indices, from large to small. Each group shares a caster.
+        """Groups of parts of similar size, as lists of indices, from large to small. The parts of a group share a
+        caster.
 
         With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
@@ -403,7 +419,7 @@ class Occluders:
 
     @property
     def rays_at_once(self) -> int:
-        """Number of rays that a thread casts in at most a tenth of a second."""
+        """Number of rays that one thread casts in at most a tenth of a second."""
         return 2**13 if self.are_slow else 2**17
 
     @cached_property
@@ -413,10 +429,10 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that the caster of a part resolves.
+        """Return the smallest length that the caster of a part resolves; `part` is the part's index.
 
-        If `part` is None or has no caster, return the resolution of the caster with the smallest parts. Without
-        casters, return 0.
+        If `part` is None, or the part has no caster, return the resolution of the caster with the smallest parts. If
+        there are no casters, return 0.
         """
         if not self.casters:
             return 0.0
@@ -451,7 +467,7 @@ class Occluders:
 
 
 def _joined(parts: Sequence[BlockingFaces]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Concatenate the points of parts, and their corners as indices of the concatenated points."""
+    """Concatenate the points of parts. Return them, and the triangles' corners as indices in them."""
     starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
     corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
     return np.concatenate([part.points for part in parts]), corners

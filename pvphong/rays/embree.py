@@ -83,9 +83,10 @@ def library() -> ctypes.CDLL:
 
 
 def _libraries_in_wheel() -> list[str]:
-    """Return the paths of Embree's libraries in the wheel, for platforms such as Windows.
+    """Return the paths of Embree's libraries in the wheel.
 
-    There, a module does not find the symbols of the libraries that it has loaded.
+    They are needed on platforms such as Windows, where a module does not find the symbols of the libraries that it has
+    loaded.
     """
     try:
         files = importlib.metadata.files("embreex") or []
@@ -96,9 +97,10 @@ def _libraries_in_wheel() -> list[str]:
 
 @functools.lru_cache(maxsize=1)
 def _device(_process: int) -> int:
-    """Return the Embree device of this process. `_process`, its id, makes a forked process create a device of its own.
+    """Return the Embree device of this process.
 
-    The device lives as long as the process; scenes refer to it. Raise Unavailable if Embree cannot be used.
+    The result is cached by `_process`, the id of the process, so that a forked process creates a device of its own. The
+    device lives as long as the process, because scenes refer to it. Raise Unavailable if Embree cannot be used.
     """
     embree = library()
     device = embree.rtcNewDevice(None)
@@ -176,9 +178,9 @@ class Embree:
 def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> Casters:
     """Return scenes in the form that compiled code reads, with the transforms of rays to the scenes' coordinates.
 
-    An entry of `places` has four numbers: the centre of a scene, and the power of two that scales it to [−1, 1].
+    `places` has four numbers for each scene: its centre, and the power of two that scales it to [−1, 1].
 
-    Embree's flag for coherent rays is not set: it makes hard shadows 1.1 times as fast, but lets rays pass between
+    Embree's flag for coherent rays is not set. It makes hard shadows 1.1 times as fast, but lets rays pass between
     adjacent triangles.
     """
     functions = library().rtcOccluded16, library().rtcIntersect16
@@ -188,5 +190,7 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
 
 def _release(embree: Any, scene: int, _arrays: tuple[Any, ...]) -> None:
-    """Release the scene with the handle `scene`. `_arrays` keeps the scene's shared arrays alive until then."""
+    """Release the scene with the handle `scene`. The argument `_arrays` keeps the scene's shared arrays alive until
+    then.
+    """
     embree.rtcReleaseScene(scene)

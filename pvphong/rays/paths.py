@@ -4,15 +4,15 @@ The colour of a point x seen along v is (J. Kajiya, "The rendering equation", 19
 
     B(x, v) = emission + ∫ L(x, l) · Σ color · factor(l, v) dl / π
 
-over unit vectors l, where L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. The
-factors of the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours.
-The constant ambient light is excluded, because it stands for bounced light.
+over unit vectors l. L is the arriving light: from the lights, or the colour B(y, −l) of the first hit y. The factors of
+the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours. The
+constant ambient light is excluded, because it stands for bounced light.
 
 At each point of a path, rays go to all lights: to point-like lights, and to one sample on each other light. The
-reflectance samples one direction, in which the path continues. If it hits an area light, this is a second estimate of
-the light; the power heuristic weights the two (E. Veach and L. Guibas, "Optimally combining sampling techniques for
-Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low weight (J.
-Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
+reflectance samples one direction, in which the path continues. If the path hits an area light, this gives a second
+estimate of the light. The power heuristic weights both estimates (E. Veach and L. Guibas, "Optimally combining sampling
+techniques for Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low
+weight (J. Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
 Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
 round, the first direction and the samples on lights are points of the Sobol sequence.
@@ -42,7 +42,7 @@ from pvphong.shading.equation import Equation, LightTerm
 from pvphong.shading.reference import lobe_factors, tint_of
 
 MOST_SAMPLES, LEAST_SAMPLES = 2**16, 16
-"""Largest number of paths per vertex, a power of two; and the least number, one for each round."""
+"""Largest number of paths per vertex, a power of two; and the least number, which is one path in each round."""
 
 # Approximate number of rays of a path.
 _RAYS_OF_PATH = 4
@@ -68,9 +68,9 @@ class Reflector:
     equation : Equation
         Equation of the scene and the mesh's material, in the standard convention.
     values : mapping
-        Values at the mesh's points, interpolated between them, shape (n, k) each: "normal", unit vectors in the world;
-        "tangents", if the reflectance needs them; the equation's maps by their names; and the tints "emission",
-        "specular" and "diffuse"; "diffuse" is for lobes that take the albedo.
+        Values at the mesh's points, interpolated between them, shape (n, k) each. "normal" are unit vectors in the
+        world. "tangents" are present if the reflectance needs them, the equation's maps by their names, and the tints
+        "emission", "specular" and "diffuse"; the last is for lobes that take the albedo.
     """
 
     faces: BlockingFaces
@@ -84,9 +84,11 @@ class Reflector:
 
     @cached_property
     def cosine_share(self) -> float:
-        """Fraction of directions that are sampled by the cosine; the others are sampled by the highlight.
+        """Fraction of sampled directions that are distributed by the cosine; the others are distributed by the
+        highlight.
 
-        It is the diffuse part of the reflected light for a viewer at 45°, within limits; 1 if there is no highlight.
+        The fraction is the diffuse part of the reflected light for a viewer at 45°, within limits; 1 if there is no
+        highlight.
         """
         reflectance, colors = self.equation.reflectance, self.equation.colors
         across, _, n = np.eye(3)[:, :, None] * np.ones(_TRIED)
@@ -109,7 +111,7 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Split rows, shape (m, sum of k), into the values by name, shape (k, m) each."""
+        """Split rows of all values, shape (m, sum of k), into the values by name, shape (k, m) each."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
@@ -120,8 +122,8 @@ class Reflector:
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
         """Return the values at one place in each of m triangles, by name, shape (k, m) each.
 
-        `corners`, shape (m, 3), holds point indices. `weights`, shape (m, 3), holds barycentric coordinates, by which
-        the values are interpolated.
+        `corners`, shape (m, 3), holds point indices. `weights`, shape (m, 3), holds the barycentric coordinates of the
+        places. The values are interpolated by them.
         """
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
@@ -139,9 +141,9 @@ class Interaction:
     v : ndarray
         Unit vectors to the viewer, shape (3, n); zero where there is none.
     values : dict
-        Values from `Reflector`; normals on the side that is seen, zero where nothing is reflected.
+        Values from `Reflector`. The normals are on the side that is seen; they are zero where nothing is reflected.
     margin : float
-        Distance between the end of a ray and its light.
+        Distance between the end of a ray to a light and the light.
     """
 
     def __init__(
@@ -213,9 +215,9 @@ class _Sight:
     def arriving(
         self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
     ) -> tuple[Float64Array, Float64Array]:
-        """Return each sample's estimate of the light's reflection: reflected light, times weight, over density.
+        """Return an estimate of the light's reflection from each sample: reflected light, times weight, over density.
 
-        The weight is the power heuristic for sampling on the light and by the surface.
+        The weight is the power heuristic's, for the two ways to sample a direction: on the light, and by the surface.
 
         Parameters
         ----------
@@ -268,8 +270,8 @@ class _Numbers:
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
         """Return a pair of random numbers for each path, as two arrays.
 
-        Before the first bounce, a pair is returned for every path, whatever `paths` is. These pairs are points of the
-        Sobol sequence, shuffled for each round and purpose.
+        Before the first bounce, the pairs are for all paths, and `paths` is ignored. They are points of the Sobol
+        sequence, shuffled for each round and purpose.
 
         Parameters
         ----------
@@ -305,7 +307,8 @@ class _Bundle(NamedTuple):
     paths: IntArray
     """Numbers of the paths, shape (n,)."""
     weights: Float64Array
-    """Throughput of each path from these points back to its vertex, shape (3, n)."""
+    """Factor by which light that a path reflects at its current point is multiplied on the way to its vertex, shape (3,
+    n)."""
 
 
 class _Rays(NamedTuple):
@@ -316,7 +319,7 @@ class _Rays(NamedTuple):
     directions: Float64Array
     """Unit vectors, shape (3, n)."""
     triangles: IntArray
-    """Triangles, shape (n,); −1 for a miss."""
+    """Indices of the triangles that are hit, shape (n,); −1 for a miss."""
     corners: FloatArray
     """Barycentric weights of the triangles' second and third corners, shape (2, n)."""
 
@@ -328,9 +331,9 @@ class PathTracer:
     Parameters
     ----------
     reflectors : sequence of Reflector
-        Reflectors with the same lights. They are the first parts of the occluders, in order; the other parts are black.
+        Reflectors with the same lights. They are the first parts of the occluders, in order. The other parts are black.
     occluders : Occluders
-        All parts together.
+        All parts that block light.
     max_bounces : int or None
         Largest number of reflections before light reaches a vertex, not counting the vertex's own; None for no limit.
     samples : int
@@ -346,10 +349,11 @@ class PathTracer:
     seed: int
 
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
-        """Trace the paths of one reflector's vertices, and return their colours as the scene's viewer sees them.
+        """Trace the paths of one reflector's vertices, and return the vertices' colours as the scene's viewer sees
+        them.
 
-        `part` is the reflector's index, and `receiver` has its vertices. The results are the colours, not clamped, and
-        their standard errors, shape (n, 3) each; and the number of rays.
+        `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the colours, not
+        clamped, shape (n, 3); their standard errors, shape (n, 3); and the number of rays.
         """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
@@ -374,7 +378,10 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Return the interaction at some vertices of reflector `part`, seen by the scene's viewer, as in evaluators."""
+        """Return the interaction at some vertices of the reflector with the index `part`.
+
+        As in the evaluators, the scene's viewer sees the vertices.
+        """
         reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
         equation, values = reflector.equation, reflector.at_points(vertices)
         points, to_eye = np.ascontiguousarray(receiver.points[vertices].T), np.array(equation.to_eye)[:, None]
@@ -389,7 +396,7 @@ class PathTracer:
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
         """Return, shape (3, n), the light that each path carries to its first point.
 
-        The result excludes the emission of the first points and the light from point-like lights there, which are not
+        The emission of the first points, and light from point-like lights there, are not included, because they are not
         random. The numbers of rays that are cast are appended to `rays`.
         """
         light, bounces = np.zeros(at.points.shape), 0
@@ -410,9 +417,9 @@ class PathTracer:
         return light
 
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
-        """Return, shape (3, n), the reflection of all lights without a size, found by one ray from each point to each.
+        """Return, shape (3, n), the reflection of all lights without a size.
 
-        The number of rays is appended to `rays`, light by light.
+        One ray goes from each point to each of these lights. The number of rays is appended to `rays`, light by light.
         """
         total = np.zeros(at.points.shape)
         for term in at.equation.terms:
@@ -427,10 +434,10 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """Return `sent`, reflected light of shape (3, n), with 0 at points from which the ray to the light is blocked.
+        """Return `sent`, the reflected light of a light at each point, with 0 where the ray to the light is blocked.
 
-        The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less the margin. Their number is
-        appended to `rays`.
+        `sent` has the shape (3, n). The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less
+        the margin. Their number is appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
@@ -444,8 +451,8 @@ class PathTracer:
     ) -> tuple[Float64Array, _Rays]:
         """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths.
 
-        The light is estimated by samples on each light and by the sampled direction in which a path continues. The
-        numbers of rays that are cast are appended to `rays`.
+        The light is estimated in two ways: by samples on each light, and by the sampled direction in which a path
+        continues. The numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)
@@ -471,7 +478,7 @@ class PathTracer:
         """Yield the paths that continue after they hit something, as a bundle for each reflector.
 
         `rays` are the paths' rays with their first hits, and `bounces` is the number of bounces so far. A path ends if
-        it misses, hits a back face or an occluder that is no reflector, or by Russian roulette.
+        it misses, if it hits a back face or an occluder that is no reflector, or by Russian roulette.
         """
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:

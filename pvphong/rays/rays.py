@@ -6,8 +6,8 @@ starts at a vertex and rises above the tangent plane hits no face of a convex su
 
 Rays start above the tangent plane, by the resolution of the triangles. A vertex at the foot of a wall lies in the
 wall's plane, and its rays must start on the side of its own faces. So the origin is also moved by a thousandth of the
-offset to the mean centroid of its faces, without the component against the normal. `Receiver.turned` is the surface
-seen from its other side, with the tangent plane's sides exchanged.
+offset to the mean centroid of its faces; the component of this offset against the normal is dropped. `Receiver.turned`
+is the surface seen from its other side, with the tangent plane's sides exchanged.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ from pvphong.rays.casting import BlockingFaces, Occluders
 # --- ray targets
 
 BEFORE_LIGHT = 2.0
-"""Distance between the end of a ray and its light, in units of the resolution: the light may be on a face."""
+"""Distance between the end of a ray and its light, in units of the resolution. It is not 0 because the light may lie on
+a face."""
 
 
 def place_of(light: Light) -> Vector | None:
@@ -43,7 +44,9 @@ def place_of(light: Light) -> Vector | None:
 
 
 def place_or_direction(light: Light) -> Float64Array:
-    """Return the end point of rays to a light without a size; or, without a position, the unit vector to the light."""
+    """Return the end point of rays to a light without a size. If the light has no position, return the unit vector to
+    it.
+    """
     place = place_of(light)
     if place is None:
         return np.ravel(light.arrival(np.zeros((3, 1))).direction).astype(np.float64)
@@ -77,8 +80,9 @@ def part_by_arrays(
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """Cast rays from vertices to sample points of a light with NumPy.
 
-    Arguments and results are those of `pvphong.shading.kernel.rays.part_seen`, with occluders in place of casters: the
-    weight of each ray; the weight again, or 0 if the ray is blocked; a scale per vertex; and the number of rays.
+    The arguments and results are those of `pvphong.shading.kernel.rays.part_seen`, with occluders in place of casters.
+    The results are the weight of each ray; the weight again, or 0 if the ray is blocked; a scale per vertex; and the
+    number of rays.
     """
     count = len(origins)
     points = np.arange(begin, end)[:, None]
@@ -110,8 +114,8 @@ def around_by_arrays(
 ) -> tuple[NDArray[np.int32], int]:
     """Cast rays from vertices over their hemispheres with NumPy.
 
-    Return the vertex that each ray hits, −1 for none, and the number of rays. Arguments and results are those of
-    `pvphong.shading.kernel.hits.vertices_met`, with occluders in place of casters.
+    The arguments and results are those of `pvphong.shading.kernel.hits.vertices_met`, with occluders in place of
+    casters. The results are the vertex that each ray hits, −1 for none, and the number of rays.
     """
     points = np.arange(begin, end)
     u = sobol.coordinate(points.astype(np.uint32), seeds[0][:, None])
@@ -143,10 +147,10 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for each part whose box may be between vertices and a light; for all parts if too little is known.
+    """Return True for each part whose box may be between vertices and a light.
 
-    The space between the vertices' box and the light's box is their convex hull: the boxes (1 − t) a + t b with t from
-    0 to 1. For a light without a position, t has no upper bound.
+    Return True for all parts if too little is known. The space between the vertices' box and the light's box is their
+    convex hull: the boxes (1 − t) a + t b with t from 0 to 1. For a light without a position, t has no upper bound.
 
     Parameters
     ----------
@@ -195,7 +199,8 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
     """Return, shape (m,), True for each part that may be within `distance` of a vertex.
 
-    `vertices` and `parts` are as for `may_block`: boxes of the vertices and of the parts.
+    `vertices` holds the least and the greatest coordinates of the vertices, or is None. `parts` holds those of the m
+    parts, shape (m, 3).
     """
     if vertices is None:
         return np.ones(len(parts[0]), bool)
@@ -224,12 +229,12 @@ class Begun(NamedTuple):
 
 
 class SendingTriangles(NamedTuple):
-    """All triangles of several parts, some of which emit light from their fronts, for compiled code."""
+    """All triangles of several parts, for compiled code. Some of them emit light from their fronts."""
 
     starts: IntArray
-    """As `Triangles.starts`."""
+    """Start of each caster's triangles in `numbers`."""
     numbers: IntArray
-    """As `Triangles.numbers`."""
+    """Indices of the casters' triangles among all triangles, caster after caster."""
     corners: IntArray
     """Vertex numbers of each triangle's corners, shape (m, 3); −1 if it does not emit."""
     sides: NDArray[np.int8]
@@ -255,9 +260,9 @@ class Receiver:
     normals : callable
         Returns the normals, shape (n, 3), of any length.
     part : int or None
-        Index of its faces among the occluders' parts; None if they block nothing.
+        Index of the mesh's faces among the occluders' parts; None if they block nothing.
     known : callable, optional
-        Returns the origins of rays, if they are not computed from the faces.
+        Returns the origins of rays. If it is not given, they are computed from the faces.
     """
 
     faces: BlockingFaces
@@ -266,9 +271,9 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Return a receiver with the vertices of the given indices and the faces between them only.
+        """Return a receiver with only the vertices of the given indices, and the faces between these vertices.
 
-        Rays have the same origins as in this receiver.
+        The rays have the same origins as in this receiver.
         """
         places = np.full(len(self.points), -1)
         places[rows] = np.arange(len(rows))
@@ -287,7 +292,11 @@ class Receiver:
         return Begun(origins - (_INTO_FACES * np.abs(rise))[:, None] * self.unit_normals, -rise)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling: the results of the callables, and the origins if they are known."""
+        """Return the state for pickling.
+
+        It has the results of the callables in place of the callables. The origins of rays are included only if they are
+        known.
+        """
         normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
         known = partial(Begun, *self.begun) if is_known else None
         found = {"normals": partial(np.asarray, normals), "known": known, "unit_normals": normals}
@@ -311,7 +320,7 @@ class Receiver:
         return result
 
     def above(self, rows: Any, height: Any) -> Float64Array:
-        """Return the origins of the rays of the vertices `rows`, raised by `height` along their normals."""
+        """Return the origins of the rays of the vertices `rows`, raised by `height` along the vertices' normals."""
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
@@ -335,7 +344,9 @@ class Receiver:
 
     @cached_property
     def begun(self) -> Begun:
-        """Origins of rays, and the mean height of the adjacent faces, from which the other side's origins follow."""
+        """Origins of rays, and the mean height of the adjacent faces. The other side's origins are computed from this
+        height.
+        """
         if self.known is not None:
             return self.known()
         points, normals, triangles = self.points, self.unit_normals, self.faces.corners

@@ -1,17 +1,18 @@
 """Adaptive sampling of the visible part of a light or of the sky: the error of each vertex sets its number of rays.
 
-Each vertex uses the points of the Sobol sequence in order, scrambled by a hash of its number (`pvphong.base.sobol`).
-So a vertex's rays do not depend on the order of vertices, on threads or on chunks. The first 2ᵐ points lie one in each
-of equal squares, or of their halves. If an edge cuts some of the squares, the error of the visible part falls with the
-number of rays to the power ¾.
+Each vertex uses the points of the Sobol sequence in order, scrambled by a hash of the vertex's number
+(`pvphong.base.sobol`). So a vertex's rays do not depend on the order of vertices, on threads or on chunks. For even m,
+the square is divided into 2ᵐ equal squares, and each contains one of the first 2ᵐ points. For odd m, each half of such
+a square contains one. If an edge cuts some of the squares, the error of the visible part falls with the number of rays
+to the power ¾.
 
 Points in neighbouring squares see the same, except at the edge of a shadow. Their differences give the standard error,
 a conservative estimate (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
 
 Most vertices see all of a light or nothing. They stop after 16 rays that agree. But if another vertex of one of their
-faces differs, they may be in a penumbra, of which 16 rays can miss a small part. Then they continue until the part that
-their rays can miss is small enough. The least number of rays is 64 for points without faces, and for the sky: most
-vertices see a part of the sky, of which even a small part may be hidden.
+faces differs, they may be in a penumbra, and 16 rays can miss a small part of it. Then they continue until the part
+that their rays can miss is small enough. The least number of rays is 64 for points without faces and for the sky,
+because most vertices see a part of the sky, and even a small part may be hidden.
 """
 
 from __future__ import annotations
@@ -43,10 +44,14 @@ _AT_ONCE = 16
 
 
 class Cast(NamedTuple):
-    """Result of rays from m vertices to k points of a light. All vertices use the same k numbers of the sequence."""
+    """Result of rays from m vertices to k points of a light.
+
+    The points have the same k numbers of the Sobol sequence for all vertices.
+    """
 
     sent: FloatArray
-    """Unoccluded contribution of each point to each vertex, up to a factor, shape (k, m), float32."""
+    """Unoccluded contribution of each point to each vertex, up to a factor that depends on the vertex, shape (k, m),
+    float32."""
     seen: FloatArray
     """Contribution with occlusion: as `sent`, or 0 where the point is hidden."""
     scale: Float64Array
@@ -65,11 +70,12 @@ class Seen(NamedTuple):
     part: Float64Array
     """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Standard error of `part`, shape (n,); 0 where all rays agree, unless the visibility of the vertices or corners
-    around differs."""
+    """Standard error of `part`, shape (n,). It is 0 where all rays agree and the surrounding vertices or corners see
+    the same."""
     rays: int
     is_unknown: BoolArray | None = None
-    """True where no ray had a contribution, so that `part` is 0, shape (n,). None if not recorded."""
+    """True where no ray had a contribution, so that `part` is 0, shape (n,). The array is None if this was not
+    recorded."""
 
 
 def look(
@@ -97,10 +103,10 @@ def look(
     tolerance : float
         Rays are cast until the standard error of the colour is at most the tolerance.
     samples : int or None
-        Fixed number of rays per vertex, in place of the tolerance. It is rounded up to a power of two, and is at most
-        `MOST_RAYS`.
+        Fixed number of rays per vertex, used instead of the tolerance. It is rounded up to a power of two, and is at
+        most `MOST_RAYS`.
     brightness : float
-        Brightness of the light, a factor of its colours.
+        Brightness of the light. It multiplies the visible part to give a colour.
     least : int
         Least number of rays per vertex, a power of two.
     rays_at_once : int
@@ -142,8 +148,8 @@ def look(
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
         """Double the number of rays repeatedly, for the vertices whose error is still too large.
 
-        `sent` and `seen` are the weights of the first rays. At `_MOST_ADAPTIVE` rays per vertex, the doubling ends in
-        any case.
+        `sent` and `seen` are the weights of the first rays. The doubling ends at `_MOST_ADAPTIVE` rays per vertex, even
+        if the error is still too large.
         """
         done = first
         while len(vertices) and done < _MOST_ADAPTIVE:

@@ -1,11 +1,11 @@
 """Diffuse light transport between vertices, by rays over each vertex's hemisphere.
 
-A diffuse surface reflects its albedo times the cosine-weighted mean of the colours that it sees. With rays sampled by
-the cosine, this is a plain mean over the colours at their first hits. Colours are known at vertices, so a ray takes the
-colour of one corner of the triangle, chosen with its barycentric weight as probability. So a vertex is a row of a
-sparse matrix T, whose entries are shares of its rays. T times colours is the light after one bounce, and relighting
-needs no rays (C. Goral et al., "Modeling the interaction of light between diffuse surfaces", 1984; rays in place of
-form factors: P. Shirley, "Radiosity via ray tracing", 1991).
+A diffuse surface reflects its albedo times the cosine-weighted mean of the colours that it sees. If rays are sampled by
+the cosine, this is a plain mean over the colours at the rays' first hits. Colours are known at vertices, so a ray takes
+the colour of one corner of the triangle that it hits. The corner is chosen with the barycentric weight of the hit as
+probability. So each vertex is a row of a sparse matrix T, whose entries are the fractions of the vertex's rays. T times
+colours is the light after one bounce, and relighting needs no rays (C. Goral et al., "Modeling the interaction of light
+between diffuse surfaces", 1984; rays in place of form factors: P. Shirley, "Radiosity via ray tracing", 1991).
 
 In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
 supplies bounds to plans, for the vertices of one mesh.
@@ -44,7 +44,7 @@ _STREAM, _STREAM_OF_CORNERS = 1, 2  # streams of random numbers, different from 
 
 Met = Callable[[int, int, NDArray[np.int32]], None]
 """Function that receives the hits of a block of m vertices. Its arguments are the number of the block's first vertex,
-the number of the first vertex after the block, and the vertices that the rays hit, shape (m, samples)."""
+the number after that of its last vertex, and the vertices that the rays hit, shape (m, samples)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,9 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """For each receiver, the index of its first vertex among all receivers' vertices; then the number of all."""
+        """For each receiver, the index of its first vertex among all receivers' vertices. The last entry is the number
+        of all vertices.
+        """
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
@@ -248,14 +250,14 @@ class Transport:
 
     @property
     def takes_long(self) -> bool:
-        """True if the next use casts so many rays that it would block a user interface."""
+        """True if the next use casts so many rays that a user interface would have to wait."""
         rays = len(self) * self.samples
         if self._tracer is None or self._kept is not None or rays <= _FEW_RAYS_OF_VTK:
             return False
         return rays > _FEW_RAYS or self._tracer.occluders.are_slow
 
     def expected_cost(self) -> TransportCost:
-        """Estimate the cost of rays that are not cast yet, by the rays of some vertices.
+        """Estimate the cost of the rays that are not cast yet, by casting rays from some of the vertices.
 
         This builds the casters. VTK casts rays in one thread at a time.
         """
@@ -318,8 +320,8 @@ class Transport:
     def matrix(self) -> Any:
         """Transport matrix, `scipy.sparse.csr_array` (n, n), float32.
 
-        A row belongs to one vertex: its entries are the fractions of this vertex's rays that hit each vertex. The sum
-        of a row is the cosine-weighted part of the vertex's hemisphere that fronts of surfaces fill.
+        A row belongs to one vertex. Its entries are the fractions of the vertex's rays that hit each vertex. The sum of
+        the row is the part of the hemisphere that fronts of surfaces fill, weighted by the cosine.
 
         Raises
         ------
@@ -373,7 +375,7 @@ class Transport:
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
-        """Raise ValueError unless `checksum`, of the meshes to light, is that of the meshes of this transport."""
+        """Raise ValueError if `checksum`, of the meshes to light, differs from that of the meshes of this transport."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
             check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)
@@ -438,7 +440,7 @@ class Transport:
 
 @dataclass(frozen=True, eq=False)
 class TransportPart:
-    """Transport of the vertices of one mesh: bounds for plans, and gathering if the mesh is alone."""
+    """Transport of the vertices of one mesh: bounds for plans, and gathering of light if there is only one mesh."""
 
     whole: Transport
     index: int
@@ -450,7 +452,7 @@ class TransportPart:
 
     @property
     def blocking(self) -> tuple[Occluders, int | None] | None:
-        """The occluders, and the index of the mesh among their parts; None for a transport from a file."""
+        """The occluders, and the index of the mesh among their parts. None for a transport from a file."""
         tracer = self.whole._tracer
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
@@ -520,7 +522,7 @@ def checksum_of(tracer: HemisphereTracer) -> str:
 def refuse_too_large(samples: int, count: int, memory: float) -> None:
     """Raise ValueError if a transport of `count` vertices, with `samples` rays each, needs more memory than is free.
 
-    `memory` is the transport's memory limit in bytes; it never needs more than that.
+    `memory` is the transport's memory limit in bytes. The transport never needs more than this limit.
     """
     available, needed = available_memory(), min(_BYTES_PER_RAY * samples * count, memory)
     if available is not None and needed > available:

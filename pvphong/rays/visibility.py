@@ -66,11 +66,11 @@ class Tracer:
     tolerance : float
         Largest standard error of the colours of a white surface.
     samples : int or None
-        Fixed number of rays per vertex, in place of the tolerance.
+        Fixed number of rays per vertex, used instead of the tolerance.
     ambient : float
-        Brightness of the sky, which scales its errors before they are compared with the tolerance.
+        Brightness of the sky. The errors of the sky are multiplied by it before they are compared with the tolerance.
     first : int
-        Number of the first vertex, if the mesh is a piece of a larger mesh. It determines the random numbers.
+        Number of the mesh's first vertex, if the mesh is a piece of a larger mesh. It determines the random numbers.
     around : Around, optional
         Known bounds on the visibility around the vertices.
     """
@@ -108,10 +108,11 @@ class Tracer:
         return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
 
     def _all_or_nothing_of(self, light: Light, *, behind: bool) -> list[Seen]:
-        """Return the visibility of a light without a size, by one ray from the side of each vertex that faces it.
+        """Return the visibility of a light without a size, by one ray from the side of each vertex that faces the
+        light.
 
-        The result has an entry for the vertices and, with `behind`, one for their other sides. A side that faces away
-        sees nothing of the light.
+        The result has an entry for the vertices and, with `behind`, an entry for their other sides. A side that faces
+        away sees nothing of the light.
         """
         receiver, compiled = self.receiver, self.occluders.compiled
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
@@ -142,7 +143,10 @@ class Tracer:
         return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
 
     def _facing(self, light: Light, some: slice) -> IntArray:
-        """Return the indices of vertices that face a light, among those in the slice `some`, counted from its start."""
+        """Return the indices of vertices that face a light, among the vertices in the slice `some`.
+
+        The indices are counted from the start of the slice.
+        """
         normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
@@ -161,10 +165,10 @@ class Tracer:
         return seen if light.is_uniform else self._with_slivers(seen, light, margin)
 
     def _with_slivers(self, seen: Seen, light: Any, margin: float) -> Seen:
-        """Return `seen`, with one more ray from each vertex to which no sample of an area light contributed.
+        """Return `seen`, completed by one more ray from each vertex to which no sample of an area light contributed.
 
         Such a vertex may have the light just above its horizon. The ray goes to the light's highest point, and ends
-        `margin` before it.
+        `margin` before this point.
         """
         if seen.is_unknown is None or not (light.places or light.outline is not None):
             return seen
@@ -223,14 +227,17 @@ _PROBED = 256
 
 
 class Cost(NamedTuple):
-    """Estimated cost of rays: their number, and the seconds that they take."""
+    """Estimated cost of rays.
+
+    `rays` is their number, and `seconds` the time that they take.
+    """
 
     rays: int
     seconds: float
 
 
 class StandardError(NamedTuple):
-    """Standard errors of sampled values; 0 where one ray is exact."""
+    """Standard errors of sampled values. They are 0 where one ray is exact."""
 
     per_light: FloatArray
     """Standard errors of lights, shape (lights, n)."""
@@ -258,8 +265,8 @@ class Visibility:
     two_sided : bool, default False
         True to include `behind`.
     memory : tuple of ndarray, optional
-        Two float32 arrays, for the visible parts and for their standard errors, shape (lights + 1, n), and twice as
-        many rows if `two_sided`. Parts that are not computed yet must be 1, and their errors 0.
+        Two float32 arrays of shape (lights + 1, n), for the visible parts and for their standard errors; if
+        `two_sided`, they have twice as many rows. Parts that are not computed yet must be 1, and their errors 0.
 
     Examples
     --------
@@ -331,7 +338,8 @@ class Visibility:
     def per_light(self) -> FloatArray:
         """Visible part of each light at each vertex, in [0, 1], shape (lights, n), float32.
 
-        0 where a vertex faces away from the light. The part of an area light is weighted with its contribution.
+        The value is 0 if a vertex faces away from the light. The part of an area light is weighted with its
+        contribution.
         """
         return self.channels(range(len(self.lights)), sky=False)[:-1]
 
@@ -351,7 +359,9 @@ class Visibility:
 
     @property
     def blocking(self) -> tuple[Occluders, int | None]:
-        """The occluders, and the index of the mesh's own faces among their parts; None if these faces block nothing."""
+        """The occluders, and the index of the mesh's own faces among their parts. The index is None if these faces
+        block nothing.
+        """
         return self._tracer.occluders, self._receiver.part
 
     def expected_cost(self) -> Cost:
@@ -372,14 +382,15 @@ class Visibility:
         return Cost(round(probe.rays * share), probe.seconds * share)
 
     def for_lights(self, lights: Sequence[Light], labels: Sequence[str], samples: int | None = None) -> Visibility:
-        """Return the visibility for other lights; results of lights that have not moved are kept.
+        """Return the visibility for other lights. Results of lights that have not moved are kept.
 
         Parameters
         ----------
         lights, labels
-            As for the class.
+            Lights in the world and their names, as for the class.
         samples : int, optional
-            Number of rays per vertex for results that are not computed yet; by default, their error sets the number.
+            Number of rays per vertex for results that are not computed yet. By default, the error of each vertex sets
+            the number.
         """
         tracer, two_sided = replace(self._tracer, samples=samples), self.behind is not None
         result = Visibility(tracer, lights, labels, two_sided=two_sided)
@@ -395,12 +406,12 @@ class Visibility:
         return result
 
     def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
-        """Return a copy without results; the occluders, which take time to prepare, are shared.
+        """Return a copy without results. The copy shares the occluders, which take time to prepare.
 
         Parameters
         ----------
         samples : int, optional
-            Number of rays per vertex; by default, the error sets the number.
+            Number of rays per vertex. By default, the error of each vertex sets the number.
         rows : ndarray, optional
             Vertices to keep, with the faces between them, shape (m,). Adaptive sampling may then cast more rays per
             vertex.
@@ -515,10 +526,10 @@ class Visibility:
         self._done.add(row)
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return an array of shape (lights + 1, n): the rows of `per_light`, and in the last row `sky`.
+        """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
 
-        The rows of `lights`, and the last row if `sky`, are computed if they are missing; other rows may be missing.
-        With `behind`, the same number of rows follows for the other sides.
+        The rows of the given `lights` are computed if they are missing. So is the row `sky`, if the argument `sky` is
+        True. Other rows may be missing. With `behind`, the same number of rows follows for the other sides.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -574,7 +585,10 @@ class Visibility:
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError unless this was computed for these points, lights and light model, in world coordinates."""
+        """Raise ValueError if this visibility was computed for other points, lights or another light model.
+
+        The arguments are in world coordinates. `labels` are the lights' names in messages.
+        """
         if len(points) != self._parts.shape[1]:
             check.refuse(
                 "visibility", f"one for {self._parts.shape[1]} points", f"computed for the mesh's {len(points)} points"
@@ -597,7 +611,9 @@ class Visibility:
 
 
 class _State(NamedTuple):
-    """State of a visibility for pickling; `done` lists, for each side, the rows that have been computed."""
+    """State of a visibility for pickling. `done` lists, for each side of the vertices, the rows that have been
+    computed.
+    """
 
     tracer: Tracer
     lights: tuple[Light, ...]
@@ -657,6 +673,6 @@ def _is_sound(faces: BlockingFaces) -> bool:
 
 
 def _geometry_of(light: Light) -> str:
-    """Return a key of everything on which rays to a light depend: its position, direction, size and nodes."""
+    """Return a key that is equal for lights with the same rays. It contains the position, direction, size and nodes."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return repr((nodes, light.is_uniform))

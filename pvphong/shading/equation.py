@@ -189,7 +189,7 @@ class Equation:
 
     @cached_property
     def needs_normals(self) -> bool:
-        """True if a light's contribution depends on the normal, or the normal decides which side's occlusion counts."""
+        """True if a light's contribution depends on the normal, or the two sides of the surface see different skies."""
         return any(term.needs_normals for term in self.terms) or (self.two_sided and self.is_occluded)
 
     @cached_property
@@ -252,7 +252,8 @@ class Equation:
     def toward_viewer(self, v: FloatArray) -> FloatArray:
         """Return the directions towards which normals are turned in two-sided lighting.
 
-        These are the unit vectors v to the viewer, shape (3, n), if `local_facing`; else the view axis, shape (3, 1).
+        If `local_facing`, these are the unit vectors `v` to the viewer, shape (3, n). Without it, the direction is the
+        view axis, shape (3, 1).
         """
         return v if self.local_facing else np.array(self.to_eye)[:, None]
 
@@ -397,9 +398,9 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError if the reflectance does not read the map of a field in `names`, or VTK does not support it.
+    """Raise ValueError for a map of a field in `names` that the reflectance does not read.
 
-    VTK's convention supports a map of albedo only.
+    In VTK's convention, raise it for every map except albedo.
     """
     reflectance = standard.reflectance
     for name in names:
@@ -461,8 +462,8 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 def vtk_tier(lights: Iterable[Light]) -> int:
     """Return VTK's choice of shader: 1 for a single headlight, 2 for directional lights, 3 for any lights, 0 for unlit.
 
-    A light that is off counts too if it has a position, or if it is not a headlight and comes after the first
-    light that is on (vtkOpenGLRenderer::UpdateLights).
+    Lights that are off count too in two cases (vtkOpenGLRenderer::UpdateLights): if they have a position, or if they
+    come after the first light that is on and are not headlights.
     """
     chosen, shine = 0, 0
     for light in lights:
@@ -496,8 +497,8 @@ class _Reflectances(NamedTuple):
     ) -> tuple[Vector, tuple[Vector, ...], float]:
         """Multiply the surface's colours by a light's intensity and its `ambient`, `diffuse` and `specular` colours.
 
-        Return the term's ambient colour, the colour of each lobe, and the gain: a power of two by which all these
-        colours are divided, so that none exceeds 1.
+        Return the ambient product, the product of each lobe, and the gain. All products are divided by the gain, a
+        power of two, so that none exceeds 1.
         """
         shining: dict[Component, Vector] = {"diffuse": rgb(diffuse), "specular": rgb(specular)}
         dim = _product(FARTHEST, self.ambient, rgb(ambient), intensity)
@@ -517,9 +518,9 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
 
 
 def _capped(most: float, *factors: float) -> float:
-    """Return the product of three numbers >= 0, or `most` if the product is larger.
+    """Return the product of the `factors`, three numbers >= 0, or `most` if the product is larger.
 
-    Products of only two of the numbers cannot overflow or underflow.
+    Intermediate products neither overflow nor underflow.
     """
     if 0.0 in factors:
         return 0.0
@@ -542,11 +543,11 @@ _VERY_FAR = 2.0**29
 
 
 def relative_to_mesh(equation: Equation) -> Equation:
-    """Return the equation with the origin moved to the mesh's origin, or the equation itself.
+    """Return the equation with the origin of coordinates moved to the mesh's origin, or the equation itself.
 
     The origin is moved if the mesh's origin is very far away and a light or the eye is near it. The decision does not
-    use the vertices, so that no colour depends on other vertices. For the same reason, it uses the whole equation,
-    before a plan simplifies it.
+    use the vertices, so that no colour depends on other vertices. For the same reason, it uses the equation before a
+    plan simplifies it.
     """
     matrix = equation.matrix
     if matrix is None or matrix[3, :3].any() or not matrix[3, 3] or not matrix[:3, 3].any():
@@ -577,7 +578,10 @@ def relative_to_mesh(equation: Equation) -> Equation:
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
-    """Return a position minus t/w, rounded once. In the matrix, t is the translation, and w is the last entry."""
+    """Return the position `place` minus the matrix's offset t/w, rounded once.
+
+    t is the matrix's translation, and w is its last entry.
+    """
     w = Fraction(float(matrix[3, 3]))
     x, y, z = (float(Fraction(float(a)) - Fraction(t) / w) for a, t in zip(place, matrix[:3, 3].tolist(), strict=True))
     return x, y, z
@@ -599,7 +603,7 @@ def in_parts(equation: Equation) -> Equation:
 
 
 def as_nodes(equation: Equation, count: int) -> Equation:
-    """Return the equation with each area light as a sum of `count` nodes, even for lobes with a closed form."""
+    """Return the equation with each area light as a sum of `count` nodes, for all lobes."""
     nothing = (None,) * len(equation.reflectance.lobes)
     terms = tuple(part for term in equation.terms for part in _parts(equation, term, nothing, count))
     return replace(equation, terms=terms)

@@ -1,6 +1,6 @@
-"""`pvphong.evaluate` for arrays in memory. `chunks.py` splits Dask arrays, and `meshes/lit.py` lights meshes.
+"""`pvphong.evaluate` for arrays in memory.
 
-All of them call `Plan.run`.
+Two other modules call `Plan.run` too: `chunks.py` for Dask arrays, and `meshes/lit.py` for meshes.
 """
 
 from __future__ import annotations

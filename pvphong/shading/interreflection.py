@@ -93,9 +93,10 @@ def under_white_sky(equation: Equation) -> Equation:
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """Return `scattered`, the diffuse albedo of a surface's vertices, clipped to at most 1.
+    """Return `scattered`, the diffuse albedo of a surface's vertices, shape (n, 3), clipped to at most 1.
 
-    The albedo may exceed 1 slightly, by the error of the method that computed it for the equation's reflectance.
+    The given albedo may exceed 1 slightly, by the error of its computation. `equation` tells how large this error can
+    be: larger if diffuse reflection depends on the viewer.
 
     Raises
     ------

@@ -1,5 +1,7 @@
 """Bounds on the factors of reflectances, which plans use before any vertex is lit.
 
+A lobe is a summand of a reflectance, such as the diffuse one or a highlight. Its factor multiplies the arriving light.
+
 Three functions dispatch on the kind of reflectance: `most` bounds a lobe's factor, `change` bounds the factor's change
 when the light or the viewer turns, and `extremes` returns the bounding reflectances for a map of a field. For kinds
 that are not registered, only Lambert lobes have bounds, so plans do not simplify the other lobes.
@@ -27,7 +29,7 @@ from pvphong.optics.reflectances.ward import LEAST_HEIGHT
 
 @singledispatch
 def most(reflectance: Any, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 no bound
-    """Return a bound on the factor of the lobe with the index `lobe`; infinite if there is none.
+    """Return a bound on the factor of a reflectance's lobe with the index `lobe`; infinite if no bound is known.
 
     It holds for all directions within `sightline`, the bounds on the angles between normal, light and viewer.
     """
@@ -38,7 +40,7 @@ def most(reflectance: Any, lobe: int, sightline: AngleBounds = ANYWHERE) -> floa
 def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 any ψ
     """Return a bound on the change of a lobe's factor when the direction l to the light or v to the viewer turns.
 
-    It holds for any normal. It is infinite if nothing is known.
+    The bound holds for any normal. It is infinite if nothing is known.
 
     Parameters
     ----------
@@ -60,10 +62,10 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
 
 @singledispatch
 def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return reflectances whose bounds hold for every reflectance with `field` between `low` and `high`.
+    """Return a few reflectances whose bounds hold for every reflectance with `field` between `low` and `high`.
 
-    The sum of `change` over the returned reflectances bounds the change of a factor. The maximum of `most` over them
-    bounds the factor.
+    A bound on the factor is the maximum of `most` over the returned reflectances. A bound on its change is the sum of
+    `change` over them.
     """
     return replace(reflectance, **{field: low}), replace(reflectance, **{field: high})
 
@@ -92,9 +94,10 @@ def _steepness(shininess: float) -> float:
 
 @most.register
 def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return 1 for the first, diffuse lobe. For a highlight, return the power at the largest cosine.
+    """Return the bound `most` for a reflectance with a diffuse lobe, then a highlight that is a power of a cosine.
 
-    The bound on a highlight is 0 if the light is below the horizon of every vertex.
+    For the diffuse lobe it is 1. For the highlight it is the power at the largest cosine, or 0 if the light is below
+    the horizon of every vertex.
     """
     if lobe == 0:
         return 1.0
@@ -103,7 +106,7 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return a bound for Lambert's first lobe, or for a highlight that is a power of a cosine.
+    """Return the bound `change` for a reflectance with Lambert's lobe, then a highlight that is a power of a cosine.
 
     A highlight changes by at most the power's slope times the turn. If the light moves, a jump is added, because the
     light may cross a vertex's horizon.
@@ -123,9 +126,10 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
 
 @extremes.register
 def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return the reflectances at both ends of the interval, and at the greatest exponent below 1 if that lies between.
+    """Return the reflectances with the exponents `low` and `high`, for a map of the exponent.
 
-    For exponents between 0 and 1, highlights are infinitely steep.
+    If the greatest exponent below 1 is between them, it is included, because highlights with exponents between 0 and 1
+    are infinitely steep.
     """
     kind: Any = reflectance
     ends = replace(kind, **{field: low}), replace(kind, **{field: high})
@@ -134,14 +138,20 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 @most.register
 def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return, for the highlight, the bound on the power, times the largest n·l and the normalisation."""
+    """Return the bound for modified Phong: 1 for the diffuse lobe, and another for the highlight.
+
+    For the highlight, it is the bound on the power times the largest n·l and the normalisation.
+    """
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the product of the power and n·l. The product is continuous at the horizon."""
+    """Return the bound on the change for modified Phong.
+
+    For the highlight, it bounds the product of the power and n·l, which has no jump at the horizon.
+    """
     if lobe == 0:
         return turn if light_moves else 0.0
     slope = _steepness(reflectance.sharpness) + light_moves
@@ -150,7 +160,10 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 @most.register
 def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return, for the highlight, the largest power on either side: this highlight does not end at the horizon."""
+    """Return the bound for VTK's headlight: 1 for the diffuse lobe, and the largest power for the highlight.
+
+    This highlight does not end at the horizon, so the light may be on either side of the surface.
+    """
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
 
@@ -168,14 +181,21 @@ def _most_whiteness(psi: float) -> float:
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for Phong's model; for the white lobe, multiplied by the largest Schlick weight."""
+    """Return the bound for a metal.
+
+    It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight.
+    """
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
 
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the sum of the bounds for Phong's power and for Schlick's weight."""
+    """Return the bound on the change for a metal.
+
+    For the diffuse lobe, it is that of Phong's model. For a highlight, it is the sum of the bounds on the changes of
+    Phong's power and of Schlick's weight.
+    """
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
 
@@ -185,10 +205,10 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return, for a highlight, the microfacets' density D at the largest n·h, times the largest masking K, 1/(2β).
+    """Return the bound for microfacets: a constant for the diffuse base, and another for each highlight.
 
-    For the white lobe, the product is also multiplied by the largest Schlick weight. For the diffuse base, the bound is
-    a constant.
+    For a highlight, it is the microfacets' density D at the largest n·h, times the largest masking K = 1/(2β). For the
+    white lobe, this product is multiplied by the largest Schlick weight.
     """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -203,9 +223,10 @@ def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) ->
 
 @change.register
 def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the diffuse base by its slope, and of a highlight by its largest value.
+    """Return the bound on the change for microfacets.
 
-    Near the horizon, the slope of a highlight's masking is unbounded.
+    For the diffuse base, it follows from the base's slope. For a highlight, it is the highlight's largest value,
+    because the slope of the masking is unbounded near the horizon.
     """
     if lobe:
         return most(reflectance, lobe)
@@ -219,15 +240,19 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 @most.register
 def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
-    """Return a bound on the sum of the model's coefficients A and B. It is at most 1.125, which sigma = 22° reaches."""
+    """Return the bound for Oren and Nayar's model: a bound on the sum of its coefficients A and B.
+
+    The sum is at most 1.125, for sigma = 22°.
+    """
     return 1.13
 
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Bound the change of the model's term with A by its slope, and the change of its term with B by B.
+    """Return the bound on the change for Oren and Nayar's model.
 
-    Near the horizon, the slope of the term with B is unbounded.
+    The change of the term with A is bounded by its slope. The change of the term with B is bounded by B, because the
+    slope of this term is unbounded near the horizon.
     """
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
@@ -235,7 +260,7 @@ def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves
 
 @most.register
 def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound at the largest n·h.
+    """Return the bound for Ward's model: the factor at the largest n·h.
 
     With s, x, z and E as in `Ward`, and θ the angle from n to s: x/z² is at most 1/z, and |s|²/z² = 1 + tan² θ. The
     product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.

@@ -90,9 +90,9 @@ class Shading:
 
     @classmethod
     def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
-        """Allocate uninitialised arrays of the type `real` for `count` vertices and `lights` lights.
+        """Allocate uninitialised arrays for `count` vertices and `lights` lights, with the NumPy type `real`.
 
-        Without `components`, only `rgb` is allocated.
+        If `components` is False, only `rgb` is allocated.
         """
         rgb = np.empty((count, 3), real)
         if not components:
@@ -121,8 +121,8 @@ class Block(NamedTuple):
     normals are turned towards the viewer, it is the part that is visible from the side of the vertex that the viewer
     sees."""
     tints: dict[str, FloatArray]
-    """Factors of colours, (3, block). "albedo" multiplies ambient light; "diffuse", which includes the albedo, the
-    lobes that take the albedo; "specular" the highlights; "emission" the emission."""
+    """Factors of colours, shape (3, block), by name. "albedo" multiplies ambient light. "diffuse", which includes the
+    albedo, multiplies the lobes that take the albedo. "specular" multiplies the highlights, "emission" the emission."""
 
 
 def shade(
@@ -302,10 +302,9 @@ def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> Fl
 def _add(
     coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:
-    """Add coefficient · factor · tint, channel by channel, to the colour and to the arrays in `shares`.
+    """Add coefficient · factor · tint, channel by channel, to `color` and to each array in `shares` that is not None.
 
-    A share that is None is skipped. Vertices are columns in `color`, and rows in the shares. Skipping a black channel
-    is exact.
+    Vertices are columns in `color`, and rows in the shares. Channels whose coefficient is 0 are skipped.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
@@ -319,7 +318,7 @@ def _add(
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
-    """Yield each lobe's integral over an area light, times the term's gain.
+    """Yield, for each lobe, the lobe's integral over an area light times the gain of `term`.
 
     Terms of the integral cancel, so it is computed in float64. The integral covers the whole light; the caller
     multiplies it by the visible part.

@@ -140,7 +140,7 @@ class Vertices:
         return None if vectors is None else check.array(name, vectors, count=len(self.points))
 
     def normals_if(self, needed: bool) -> FloatArray:
-        """Return the normals; or zeros, if `needed` is False and the normals would have to be computed first."""
+        """Return the normals. If `needed` is False and the normals would have to be computed first, return zeros."""
         if needed or not callable(self._normals):
             return self.normals
         return np.broadcast_to(np.zeros(3, np.float32), self.points.shape)

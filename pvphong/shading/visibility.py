@@ -39,7 +39,10 @@ class VisibilityLike(Protocol):
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError unless this was computed for these points, lights and light model, in world coordinates."""
+        """Raise ValueError if this visibility was computed for other points, lights or another light model.
+
+        The arguments are in world coordinates. `labels` are the lights' names in messages.
+        """
 
 
 class Around(NamedTuple):
@@ -85,7 +88,8 @@ class Goal(NamedTuple):
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
         """Return, shape (n,), True for places at which the difference of colours is surely allowed.
 
-        It must be allowed even if the visible part, `part`, is off by two standard errors, `error`; shape (n,) each.
+        It must be allowed even if the visible part, `part`, is wrong by two standard errors, `error`. Both have the
+        shape (n,).
         """
         difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
@@ -113,7 +117,8 @@ class TransportLike(Protocol):
 class GivenVisibility(VisibilityLike):
     """Visibility that a user passes as an array.
 
-    It cannot check positions, and gives plans no reasons for omitting shadows.
+    The array does not say for which positions it was computed, so these are not checked. Plans get no reasons for
+    omitting shadows from it.
 
     Parameters
     ----------
@@ -196,8 +201,8 @@ def checked_part(name: str, given: Any, count: int) -> TransportLike:
     Raises
     ------
     ValueError
-        If `given` is not a `Transport`, or is one for several meshes or another number of vertices. The message calls
-        it `name`.
+        If `given` is not a `Transport`, or if it is one for several meshes or for another number of vertices. The
+        message calls the argument `name`.
     """
     allowed = "the result of mesh.phong.transport()"
     parts = getattr(given, "parts", None)
@@ -225,7 +230,7 @@ def known_transport(vertices: Any) -> TransportLike:
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows, ambient occlusion or bounces.
 
-    `where` ends the message's sentence on what is allowed; it begins with "for".
+    `where` says for which use they are not allowed. It begins with "for", and becomes part of the message.
     """
     if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."

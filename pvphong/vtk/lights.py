@@ -109,7 +109,7 @@ def from_vtk(light: Any, distance: float) -> Light:
 def _is_moved_headlight(light: Any) -> bool:
     """Return True for a VTK headlight with a transform matrix other than the identity.
 
-    VTK applies this matrix to the headlight's position and direction, which are the viewer's.
+    A headlight has the viewer's position and direction, to which VTK applies this matrix.
     """
     if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
         return False
@@ -122,7 +122,7 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """Make a pvphong light from a VTK light's colours and falloff, and the given frame, position and direction."""
+    """Make a pvphong light with the colours and falloff of a VTK light, and the given frame, position and direction."""
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -159,9 +159,9 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 
 
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
-    """Write a light to an existing `pyvista.Light` or `vtkLight`, `target`.
+    """Write a pvphong light, `light`, to an existing `pyvista.Light` or `vtkLight`, `target`.
 
-    The conversion is that of `Light.to_pyvista`, which also describes `viewer`.
+    The fields get the values that `Light.to_pyvista` gives a new light. `viewer` is described there.
     """
     values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.
@@ -233,7 +233,7 @@ def colormap_names() -> list[str]:
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
     """Return the 8-bit colours, shape (n, 3), of a colormap whose `scalars` are an array, not a name.
 
-    Errors begin with `name`, the material's field.
+    Messages of errors begin with `name`, which is the name of the material's field.
     """
     return colormaps.mapped(name, colormap)
 

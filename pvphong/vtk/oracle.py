@@ -69,7 +69,7 @@ def vtk_shade(
     """Compute the colours of a mesh with VTK's own fragment shader, one per vertex.
 
     The colours are not interpolated, clamped or rounded to 8 bits, and the shader's lighting is unmodified. VTK draws
-    the vertices as points, whose normals it never turns towards the viewer.
+    the vertices as points. It never turns the normals of points towards the viewer.
 
     Parameters
     ----------
@@ -80,10 +80,10 @@ def vtk_shade(
         highlights. If no light is on, VTK, and so this function, draws the mesh unlit, in the sum of the material's
         ambient and diffuse colours.
     property_or_material : pyvista.Property, vtkProperty, Material or str
-        The material, as a pvphong material or as a property. Of a property, the ambient, diffuse and specular
-        coefficients and colours, the specular power and the lighting switch are used, and with physically based shading
-        also metallic and roughness. A material's albedo may be a uint8 map, which VTK draws as vertex colours, if its
-        ambient and diffuse are grey.
+        The material, as a pvphong material, a material's name or a property. Of a property, the ambient, diffuse and
+        specular coefficients and colours, the specular power and the lighting switch are used. With physically based
+        shading, metallic and roughness are used too. A material's albedo may be a uint8 map, which VTK draws as vertex
+        colours, if the material's ambient and diffuse are grey.
     viewer : Viewer, pyvista.Camera or vtkCamera
         The viewer.
     matrix : array_like, shape (4, 4), optional
@@ -106,7 +106,8 @@ def vtk_shade(
     -----
     Points and light positions are sent to the GPU in float32, after VTK's own shift and scale, so large world
     coordinates show VTK's loss of precision. The formulas are those of VTK's ``vtkOpenGLPolyDataMapper.cxx``
-    (``ReplaceShaderLight``), which simulates headlights, directional and positional lights in three tiers.
+    (``ReplaceShaderLight``). They have three tiers: one for a single headlight, one for directional lights, and one for
+    lights with a position.
 
     Examples
     --------
@@ -144,10 +145,10 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Return a light as a new `vtkLight`, which the renderer may move.
+    """Return a light as a new `vtkLight`. The renderer may move the new light.
 
-    It is not copied by `pyvista.Light.copy`, which rounds colours to 8 bits. `viewer` places lights that move with the
-    viewer.
+    `viewer` places lights that move with the viewer. (`pyvista.Light.copy` is not used, because it rounds colours to 8
+    bits.)
     """
     copy = vtkLight()
     if isinstance(light, Light):

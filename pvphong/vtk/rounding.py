@@ -8,9 +8,9 @@ between l and v, and r is l mirrored at n. The highlight is f to the power p, wh
 first of the three tiers of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are
 those of `pvphong.optics.reflectances.microfacets`.
 
-Errors are in units of 2⁻²⁴, the rounding of float32. Errors of n, l and v are the angles by which float32 rotates them.
-The angles are large where VTK's numbers are large compared with the relevant distances: under a matrix that shears or
-flattens, or if a light is near the surface and the eye is far away.
+Errors are in units of 2⁻²⁴, the rounding of float32; one such unit is called a rounding. Errors of n, l and v are the
+angles by which float32 rotates them. The angles are large where VTK's numbers are large compared with the relevant
+distances: under a matrix that shears or flattens, or if a light is near the surface and the eye is far away.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _LEAST_DENOMINATOR = math.sqrt(1e-8 / math.pi)
 
 
 class Pose(NamedTuple):
-    """Vertices in object coordinates, and the matrix from there to the world.
+    """Vertices in object coordinates, and the matrix that transforms object coordinates to the world.
 
     The points are relative to the mesh's centre. The matrix is the model matrix, with the shift of the centre added.
     """
@@ -76,8 +76,8 @@ class Limits:
     Parameters
     ----------
     scale : ndarray
-        Sum of the arriving light times the material's reflectances, or 1 if that is more, shape (n,). float32 errors
-        are proportional to it.
+        Shape (n,): the sum of the arriving light times the material's reflectances, or 1 if the sum is less than 1.
+        float32 errors are proportional to it.
     open : dict of str to ndarray
         Reason → mask, shape (n,), of the vertices whose colour is open for this reason. Masks may overlap.
     """
@@ -87,11 +87,11 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """Return the allowed error of physically based colours; for colours above 1, it is relative.
+    """Return the error that is allowed for physically based colours. For colours above 1, it is relative.
 
-    It is 6 · 2⁻²⁴ / roughness⁴ + 2e-6, with roughness⁴ at least `_LEAST_DENOMINATOR`. The denominator of D, 1 − (1 −
-    α²)(n·h)², is only α² = roughness⁴ at the peak. So five or six roundings of n·h and its square are magnified. D
-    contains the square of the denominator, and the colour is D to the power 1/2.2.
+    The error is 6 · 2⁻²⁴ / roughness⁴ + 2e-6, with roughness⁴ at least `_LEAST_DENOMINATOR`. At the peak of a
+    highlight, the denominator of D, 1 − (1 − α²)(n·h)², is only α² = roughness⁴. There, five or six roundings of n·h
+    and its square are magnified. D contains the square of the denominator, and the colour is D to the power 1/2.2.
     """
     return 6.0 * _ROUNDING / max(roughness**4, _LEAST_DENOMINATOR) + 2e-6
 
@@ -129,7 +129,10 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
 
 
 class _Surface(NamedTuple):
-    """Vertices in world coordinates, and the float32 errors of their transformation to eye space."""
+    """Vertices in world coordinates, and the float32 errors of their transformation to eye space.
+
+    `eye` is the viewer's position. `place_error` is the error of the vertices' positions, shape (n,).
+    """
 
     points: Float64Array
     normals: Float64Array
@@ -176,7 +179,7 @@ class _Arrival(NamedTuple):
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """Compute the light that arrives at the vertices from one light; `light` has world coordinates."""
+    """Compute the light that arrives at the vertices from one light, given by VTK's values in world coordinates."""
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -348,8 +351,8 @@ def _physical_share(
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
     """Return the relative error, in roundings, of a cosine that VTK's shader limits to at least `_FLOOR`.
 
-    `turn` is the sum of the angles by which float32 rotates the cosine's vectors, in roundings. The error is 0 where
-    the cosine is so far below the floor that rounding cannot lift it above.
+    `turn` is the sum of the angles by which float32 rotates the cosine's two vectors, in roundings. The error is 0 if
+    the cosine is so far below the floor that rounding cannot lift it above the floor.
     """
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
@@ -360,9 +363,10 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """Return the angle, in roundings, by which normalizing a vector of this length in float32 rotates the vector.
+    """Return the error of a vector's direction after the vector has been normalized in float32.
 
-    The angle is NaN if the squared length overflows float32.
+    `length` is the vector's length before, shape (n,). The error is an angle in roundings, or NaN if the squared length
+    overflows float32.
     """
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)
 

@@ -1,8 +1,8 @@
 """Conversion of scenes to VTK's terms, and refusal of scenes that VTK's shader cannot draw.
 
 `refuse_inexpressible` reports the features of a scene that VTK cannot draw, and the nearest scene that it can draw. VTK
-can draw most of the standard convention: `in_vtk_terms` converts ambient light and emission to the material's unlit
-ambient, a viewer at infinity to a distant eye, and a cone of 90° to the widest cone that VTK supports.
+can draw most of the standard convention. For this, `in_vtk_terms` converts ambient light and emission to the material's
+unlit ambient, a viewer at infinity to a distant eye, and a cone of 90° to the widest cone that VTK supports.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """Return True if a scene of the standard convention has the same direction to the viewer at all vertices."""
+    """Return True if all vertices have the same direction to the viewer; the scene has the standard convention."""
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
@@ -63,10 +63,10 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 
 
 def _is_headlight_tier(scene: Scene) -> bool:
-    """Return True if the first tier of VTK's shader computes this scene of the standard convention.
+    """Return True if the first tier of VTK's shader computes a scene of the standard convention.
 
-    In this tier, l = v, along the view axis, and the highlight is (n·l)^power. Since h = (l + v)/|l + v| is then l,
-    this is Blinn-Phong for a single headlight, with the viewer at infinity.
+    In this tier, l = v, along the view axis, and the highlight is (n·l)^power. Because h = (l + v)/|l + v| is then
+    equal to l, this is Blinn-Phong shading for a single headlight, with the viewer at infinity.
     """
     lights = shining(scene)
     alone = len(lights) == 1 and lights[0].is_uniform and lights[0].frame == "headlight"
@@ -84,9 +84,9 @@ class InexpressibleError(ValueError):
     reasons : tuple of str
         Features that VTK does not support.
     scene, material : Scene and Material, or None
-        The nearest scene and material that VTK can draw; None if there are none, as for a singular matrix.
+        The nearest scene and material that VTK can draw; None if there are none, for example with a singular matrix.
     message : str
-        Text of the error, without the note on these attributes.
+        Text of the error, without the words that point to the attributes `scene` and `material`.
     """
 
     def __init__(self, reasons: Iterable[str], remedies: Iterable[str], nearest: tuple[Scene, Material] | None) -> None:
@@ -102,10 +102,11 @@ class InexpressibleError(ValueError):
 
 
 def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array | None) -> None:
-    """Raise `InexpressibleError` for a scene that VTK cannot draw; ValueError for an unsupported light or reflectance.
+    """Raise `InexpressibleError` for a scene that VTK cannot draw.
 
-    A feature of colours or highlights is allowed if it has no effect, such as a light's specular colour if the material
-    has no specular. Other features, such as a shininess above VTK's highest power, are refused even without an effect.
+    An unsupported light or reflectance raises ValueError. A feature of colours or highlights is allowed if it has no
+    effect, such as a light's specular colour if the material has no specular. Other features, such as a shininess above
+    VTK's highest power, are refused even without an effect.
     """
     for index, light in enumerate(scene.lights):
         refuse_unless_in_vtk(light, f"lights[{index}]", "a light that VTK supports")
@@ -177,7 +178,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
     """Return why VTK cannot draw with a model matrix, as obstacle → remedy; empty if VTK can draw with it.
 
-    The remedies are instructions to the user, because no similar matrix can replace it.
+    The remedies are instructions to the user, because no similar matrix can replace the model matrix.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SingularMatrixWarning)

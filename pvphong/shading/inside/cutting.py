@@ -1,10 +1,10 @@
-"""Search for the edges of hard shadows and of light cones in triangles, and cuts along them.
+"""Search for the edges of hard shadows and of light cones in triangles, and cuts along these edges.
 
 A light without a size is fully visible or hidden from each place on a surface. If one corner of a triangle sees it and
-another does not, the edge crosses two sides, and bisection finds both crossings. The edge between them is approximated
-by a straight line, as in marching triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer Graphics 21 (1987),
-163-169). A triangle is split first if the edge deviates too far from the line, if it crosses a side twice, or if the
-triangle contains a shadow that reaches no corner.
+another does not, the edge crosses two sides of the triangle, and bisection finds both crossings. The edge between them
+is approximated by a straight line, as in marching triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer
+Graphics 21 (1987), 163-169). A triangle is split first if the edge deviates too far from the line, if it crosses a side
+twice, or if the triangle contains a shadow that reaches no corner.
 """
 
 from __future__ import annotations
@@ -83,10 +83,10 @@ def cut_edges(
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
-    """Return the total area of triangles in which an edge of a shadow or cone was not cut.
+    """Return the total area of the triangles in which an edge of a shadow or cone was not cut.
 
-    Only triangles in which the colour jumps at the edge by more than the tolerance count. They were not cut because a
-    part of them would have no area, as happens where edges of several lights meet.
+    Only triangles count in which the colour jumps by more than the tolerance at the edge. Such a triangle is left uncut
+    if one of its parts would have no area. This happens where edges of several lights meet.
     """
     corners, vertices = surface.triangles.corners, surface.vertices
     is_crossed = np.zeros(len(corners), dtype=bool)
@@ -99,10 +99,11 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
 
 
 class _Crossings(NamedTuple):
-    """Crossings of one light's edge, of its shadow or cone, with s sides of triangles and k triangles."""
+    """Crossings of the edge of one light's shadow or cone with the sides of triangles: s sides and k triangles."""
 
     along: Float64Array
-    """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN if it is not crossed."""
+    """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN for a side that is not
+    crossed."""
     step: Float64Array
     """Jump of the colour at the crossing, shape (s,); 0 if the side is not cut there."""
     rows: IntArray
@@ -110,7 +111,7 @@ class _Crossings(NamedTuple):
     deviation: Float64Array
     """Largest distance of the edge from a straight line in each of these triangles, shape (k,)."""
     width: Float64Array
-    """Length of that line, shape (k,)."""
+    """Length of the straight line in each of these triangles, shape (k,)."""
 
 
 class _Edge:
@@ -156,7 +157,8 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Sample the triangles `rows`, which are new or changed, and mark those with an edge that corners do not show.
+        """Sample the triangles `rows`, which are new or changed, and mark those that contain an edge unseen by their
+        corners.
 
         Such an edge crosses a side twice, or encloses a shadow that reaches no corner.
         """
@@ -187,9 +189,9 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample the triangles `rows` densely, at places about a pixel apart, and mark those with an edge inside.
+        """Sample the triangles `rows` densely, at places about a pixel apart, and mark those that contain an edge.
 
-        In these triangles, all samples so far agree: at corners, on sides and inside.
+        The caller passes triangles in which all earlier samples agree: at corners, on sides and inside.
         """
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
@@ -208,15 +210,15 @@ class _Edge:
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
         """Return, shape (k,), True for triangles or sides in which the colour may jump by more than the tolerance.
 
-        The edge lies between a place and its neighbours. The jump at the edge may exceed the jumps at the places by a
-        third of their range.
+        The edge lies between a place and the neighbouring places. The jump at the edge may exceed the jumps at the
+        places by a third of the range of these jumps.
 
         Parameters
         ----------
         corners : ndarray of int
             Vertices of k triangles, shape (k, 3), or of k sides, shape (k, 2).
         places : ndarray
-            Barycentric coordinates of s places, the same in all.
+            Barycentric coordinates of s places, the same in all triangles or sides.
         is_other : ndarray of bool
             Shape (k, s): True at places whose visibility differs from the first corner's.
         """
@@ -277,9 +279,10 @@ class _Edge:
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
         """Return, for each of the k triangles `rows`, how far the edge deviates from a straight line.
 
-        The results are the largest distance of the edge from the line, and the length of the line, shape (k,) each. The
-        distance is measured at the line's quarters, and at samples inside the triangle that are lit on the line's dark
-        side, or dark on its lit side. `along`, shape (s,), is the position of the crossing on each side of a triangle.
+        `along`, shape (s,), is the position of the crossing on each side of a triangle. The results are the largest
+        distance of the edge from the line, and the length of the line, shape (k,) each. The distance is measured at the
+        line's quarters and at samples inside the triangle. Of the samples, those count that are lit on the line's dark
+        side, or dark on its lit side.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
@@ -322,7 +325,8 @@ class _Edge:
     def _poor(self, found: _Crossings) -> IntArray:
         """Return the triangles to split before cuts, the most urgent first.
 
-        In them, the edge deviates too far from a straight line, ends inside, or crosses no side that can be cut.
+        These are the triangles in which the edge deviates too far from a straight line, ends inside, or crosses no side
+        that can be cut.
         """
         triangles = self._surface.triangles
         steps = found.step[triangles.sides[found.rows]]
@@ -385,10 +389,10 @@ class _Edge:
         return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
 
     def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
-        """Return the indices of triangles whose cuts must be dropped.
-
-        Rounding the new vertices would reverse the orientation of a part of such a triangle, or leave it without an
+        """Return the indices of the triangles whose cuts must be dropped because a part would be turned over or have no
         area.
+
+        The cause is the rounding of the new vertices' positions.
 
         Parameters
         ----------

@@ -3,8 +3,8 @@
 Colours are compared at a fixed pattern of samples, and at peaks and creases, which no fixed pattern hits (see
 `places`).
 
-Several functions have the argument `enough`. With it, an error below `enough` may be underestimated, because rays to
-lights with a size are cast only until it is known which errors exceed it.
+Several functions have the argument `enough`, an error. Larger errors are exact. Smaller errors may be underestimated,
+which saves rays to lights with a size.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FIRST = np.concatenate([lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in lattice(4) if (weights * 2.0 % 1.0).any()])
 _ALL = np.concatenate([_FIRST, _MORE])
 DENSE = lattice(8)
-"""Dense samples: errors between them are hardly larger."""
+"""Dense samples in a triangle. Errors between these samples are hardly larger than at them."""
 
 # Each normal has two lengths: `LitVertices.normals` and `LitVertices.stored`. If their ratio varies over a triangle by
 # at most this fraction, blends of both kinds of normals have practically the same direction.
@@ -50,8 +50,8 @@ def _errors_at(
     """Return, shape (m, s), the difference of interpolated and exact colours at places, in the worst channel.
 
     `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
-    in each, shape (m, s, 3) or (s, 3). Lights with a size are sampled, and only the part of a difference that exceeds
-    the noise counts. If `enough` is given, differences below it may be underestimated.
+    in each triangle, shape (m, s, 3) or (s, 3). Lights with a size are sampled. Only the part of a difference that
+    exceeds the noise of the samples counts. If `enough` is given, differences below `enough` may be underestimated.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -68,7 +68,7 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
     """Return, shape (m,), the largest error of each triangle at middles of sides, centroids, peaks and creases.
 
     `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
-    underestimated, which saves rays.
+    underestimated. This saves rays.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -84,8 +84,11 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
     """Return, shape (m,), the largest error of each triangle at the samples that `first_errors` does not take.
 
-    Arguments as for `first_errors`. If blends of the stored normals, which the renderer uses, have other directions
-    than blends of `normals`, the errors at all samples are also computed with the stored normals.
+    `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
+    underestimated.
+
+    The renderer blends the normals that are stored in the mesh. If their blends have other directions than the blends
+    of `normals`, the errors at all samples are also computed with the stored normals.
     """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
@@ -118,10 +121,11 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
 
 
 def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Search each triangle for a jump of the colour; return its size and the error next to it, shape (m,) each.
+    """Search each triangle for a jump of the colour. Return the size of the jump and the error next to it, shape (m,)
+    each.
 
-    `corners` has the shape (m, 3). Splitting triangles cannot reduce a jump. The search starts from the segment between
-    the worst sample, peaks excluded, and the corner whose colour differs most from the sample's. It bisects the segment
+    `corners` has the shape (m, 3). Splitting triangles cannot reduce a jump. The search starts with a segment from the
+    worst sample, peaks excluded, to the corner whose colour differs most from that sample's. It bisects the segment
     repeatedly, and keeps the half with the larger difference of colours. The difference that remains is the jump.
     """
     steps, errors = np.zeros((2, len(corners)))
@@ -183,7 +187,7 @@ def _worst(
     corners : ndarray of int
         Vertices of all triangles, shape (m, 3).
     enough : float, optional
-        Errors below it may be underestimated; by default, none is.
+        Errors below `enough` may be underestimated. By default, no error is.
 
     Returns
     -------
@@ -204,9 +208,9 @@ def _worst(
 
 
 def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
-    """Call `look` with slices that together cover all triangles, on all cores.
+    """Call `look` with slices of triangles that together cover all triangles, on all cores.
 
-    `triangles` is their number, and `samples` the number of samples that `look` takes in each.
+    `triangles` is the number of all triangles, and `samples` the number of samples that `look` takes in each.
     """
     handling = np.geterr()  # a new thread starts with NumPy's defaults
     step = (_SAMPLES_BY_RAYS if vertices.lighting.soft else _SAMPLES) // samples

@@ -2,8 +2,8 @@
 
 The displayed colour inside a triangle is the linear blend of the colours at its corners. The exact colour is the
 lighting equation at the blended point with the blended normal, normalised: per-pixel shading, with the visibility of
-each light from there. Places are barycentric coordinates: shape (m, s, 3), or (s, 3) if they are the same for all m
-triangles.
+each light from that point. Places are barycentric coordinates: shape (m, s, 3), or (s, 3) if they are the same for all
+m triangles.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Lighting:
     """Lights and reflectance of a surface.
 
     The visible part of each light is an attribute of the vertices, `seen`. For a light without a size it is 1 or 0.
-    With `cuts`, it is 0 outside the light's cone too, and the light itself has no cone. So a vertex on the edge of a
+    With `cuts`, `seen` is 0 outside a light's cone too, and the light itself has no cone. So a vertex on the edge of a
     shadow or cone can have the colour of either side.
 
     Parameters
@@ -97,8 +97,8 @@ class Lighting:
         Indices of the lights with a size, which may be partly visible. The index `equation.lights`, one past the last
         light, stands for the sky.
     settled : set of int
-        Sharp lights whose edges have been cut, so that they lie between triangles. If a triangle's corners agree on
-        the visibility of the light, it is the same inside.
+        Sharp lights whose edges have been cut, so that they lie between triangles. If the corners of a triangle agree
+        on the visibility of such a light, its visibility is the same inside.
     """
 
     def __init__(
@@ -134,10 +134,10 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if the light is 0 outside a cone of less than 90°, so that the edge can be cut like a shadow's.
+        """Return True if the light is 0 outside a cone of less than 90°, so that its edge can be cut like a shadow's.
 
-        The edge cannot be cut in VTK's convention, nor if the light has an ambient colour, which visibility does not
-        affect.
+        The edge cannot be cut in VTK's convention. Nor can it be cut if the light has an ambient colour, because
+        visibility does not affect ambient light.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
@@ -147,8 +147,9 @@ class Lighting:
     def colors(self, points: FloatArray, normals: FloatArray, maps: Float64Array, seen: Float64Array) -> Float64Array:
         """Return the lit colours of n vertices, shape (n, 3), not clamped.
 
-        Points and normals have the shape (n, 3). `maps` has the rows of `Lighting.maps`, and `seen`, shape
-        (n, lights + 1), the visible part of each light and of the sky; or (n, 0) if everything is visible.
+        `points` and `normals` have the shape (n, 3). `maps` has the rows of `Lighting.maps` for these vertices. `seen`,
+        shape (n, lights + 1), is the visible part of each light and of the sky; it has the shape (n, 0) if everything
+        is visible.
         """
         at = {name: maps[:, part] for name, part in self._columns.items()}
         if "tangents" in at:  # where blended tangents cancel, the normal, which counts as no tangent
@@ -174,9 +175,9 @@ class Lighting:
     def lit(
         self, points: Float64Array, normals: Float64Array, maps: Float64Array, seen: Float64Array, errors: Float64Array
     ) -> tuple[Float64Array, Float64Array]:
-        """Return the lit colours of n vertices (n, 3), not clamped, and their standard errors (n,).
+        """Return the lit colours of n vertices, shape (n, 3), not clamped, and their standard errors, shape (n,).
 
-        The errors of the colours are caused by `errors`, the standard errors of the visible parts `seen`. The other
+        `errors` are the standard errors of the visible parts `seen`. They cause the errors of the colours. The other
         arguments are as for `colors`.
         """
         colors = self.colors(points, normals, maps, seen)
@@ -189,7 +190,10 @@ class Lighting:
         return colors, noise
 
     def in_world(self, points: Float64Array, normals: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Return points and normals (n, 3) of the mesh in the world; the matrix changes the normals' lengths too."""
+        """Return points and normals of the mesh in the world, shape (n, 3) each.
+
+        The matrix changes the normals' lengths too.
+        """
         if self.matrix is None:
             return points, normals
         return transform_points(points, self.matrix), normals @ normal_matrix(self.matrix).T
@@ -213,13 +217,13 @@ class Lighting:
     ) -> tuple[Float64Array, Float64Array]:
         """Return the visible part of a light from places on the mesh, and its standard error, (n,) each.
 
-        The visibility is from the side of the surface that the viewer sees. Where this side faces away from a sharp
-        light, the light counts as visible.
+        The visibility is from the side of the surface that the viewer sees. If this side faces away from a sharp light,
+        the light counts as visible.
 
-        Rays begin on the blend of the tangent planes at a triangle's corners, if that is above the place. A convex mesh
-        lies below the tangent planes of its vertices, and so below their blends. A ray that rises above the blend
-        therefore does not hit the mesh, however coarse it is. See `pvphong.rays.rays` for vertices, and J. Hanika,
-        "Hacking the shadow terminator" (2021), who moves places to the blend of their projections.
+        Rays begin on the blend of the tangent planes at a triangle's corners, if this blend is above the place. A
+        convex mesh lies below the tangent planes of its vertices, and so below their blends. So a ray that rises above
+        the blend does not hit the mesh, however coarse the mesh is. See `pvphong.rays.rays` for vertices, and J.
+        Hanika, "Hacking the shadow terminator" (2021), where places are moved to the blend of their projections.
 
         Parameters
         ----------
@@ -334,13 +338,13 @@ class ComparedColors(NamedTuple):
 def lit_inside(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, compared: ComparedColors | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the exact displayed colours at places in triangles, and their standard errors.
+    """Return the exact displayed colours at places in triangles, and the standard errors of these colours.
 
-    The colours have the shape (m, s, 3), the errors (m, s).
+    The colours have the shape (m, s, 3), and the errors (m, s).
 
     `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
-    in each triangle, shape (m, s, 3), or (s, 3) if they are the same for all. With `compared`, no more rays are cast
-    from a place once the difference between its colour and that in `compared` is known to be allowed.
+    in each triangle, shape (m, s, 3), or (s, 3) if they are the same for all. With `compared`, a place gets no more
+    rays once its colour is known to differ from that in `compared` by no more than is allowed.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -361,8 +365,8 @@ def _seen_inside(
 ) -> tuple[Float64Array, Float64Array]:
     """Return the visible parts of all lights at places in triangles, and their standard errors.
 
-    Both have the shape (m, s, lights + 1). Arguments as for `lit_inside`. Rays are cast only where the corners do not
-    determine the visibility. For a place at a corner, the corner's sampled visibility is used.
+    Both arrays have the shape (m, s, lights + 1). The arguments are as for `lit_inside`. Rays are cast only where the
+    corners do not determine the visibility. For a place at a corner, the corner's sampled visibility is used.
     """
     lighting, shape = vertices.lighting, (len(corners), weights.shape[-2], vertices.seen.shape[1])
     seen = blended(vertices.seen, corners, weights).reshape(shape)
@@ -423,7 +427,7 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """Return, shape (m, s), by how much the colour at places changes if a light is hidden instead of fully visible.
+    """Return, shape (m, s), the change of the colour at places if a light is fully visible instead of hidden.
 
     `light`, `vertices`, `corners` and `weights` are as for `seen_at`. The result is the largest change of a channel.
     """
@@ -435,10 +439,11 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the colours at places with a light hidden, and with it fully visible, shape (m, s, 3) each, not clamped.
+    """Return the colours at places with a light hidden, then with the light fully visible.
 
-    `light`, `vertices`, `corners` and `weights` are as for `seen_at`. `seen` holds the visible parts of all lights at
-    each place, shape (m, s, lights + 1) or (m · s, lights + 1); the light's own parts are not used.
+    Both arrays have the shape (m, s, 3), and are not clamped. `light`, `vertices`, `corners` and `weights` are as for
+    `seen_at`. `seen` holds the visible parts of all lights at each place, shape (m, s, lights + 1) or (m · s, lights +
+    1). The column of this light is ignored.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
@@ -450,7 +455,10 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Return the unit vectors from points, shape (3, k), to the viewer: (3, k), or (3, 1) for a viewer at infinity."""
+    """Return the unit vectors from `points`, shape (3, k), to the viewer.
+
+    They have the shape (3, k), or (3, 1) if the viewer is at infinity.
+    """
     return np.array(equation.to_eye)[:, None] if equation.eye is None else towards(equation.eye, points)[0]
 
 
@@ -461,7 +469,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Interpolate clipped values by weights. Return shape (m · s, k), all s places of a triangle together.
+    """Interpolate values by weights, after clipping them to limits.
 
     Parameters
     ----------
@@ -473,6 +481,11 @@ def blended(
         Shape (m, s, c), or (s, c) if they are the same for all m.
     low, high : float
         Limits to which values are clipped.
+
+    Returns
+    -------
+    ndarray
+        Shape (m · s, k): the s places of the first triangle, then those of the second, and so on.
     """
     compiled = kernel.blending()
     if compiled is not None:
@@ -482,7 +495,10 @@ def blended(
 
 
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Return, shape (...), the largest absolute difference of a channel between colours and others, shape (..., 3)."""
+    """Return the largest absolute difference of a channel between two arrays of colours.
+
+    `colors` and `others` have the shape (..., 3), and the result has (...).
+    """
     compiled = kernel.blending() if colors.shape == others.shape else None
     if compiled is None:
         return largest(np.abs(colors - others))
@@ -491,5 +507,5 @@ def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
 
 
 def largest(values: Float64Array) -> Float64Array:
-    """Return the maximum along the last axis. For a short axis, `np.max` takes several times as long."""
+    """Return the maximum along the last axis. (For a short axis, `np.max` takes several times as long.)"""
     return reduce(np.maximum, np.moveaxis(values, -1, 0))

@@ -84,12 +84,12 @@ class Places(NamedTuple):
 
 
 class _AtCorners:
-    """Values at the corners of triangles, computed once per vertex rather than once per corner.
+    """Values at the corners of m triangles, computed once per vertex rather than once per corner.
 
     Attributes
     ----------
     rows : slice or ndarray of int
-        The vertices for which values are computed: those of the triangles, possibly with others between them.
+        The vertices for which values are computed: those of the triangles. A slice may include other vertices.
     points, normals : ndarray
         Positions and normals of these vertices, in the world.
     """
@@ -106,15 +106,18 @@ class _AtCorners:
         self.points, self.normals = vertices.lighting.in_world(points, normals)
 
     def of(self, values: Any) -> Any:
-        """Return values at the corners of the triangles, shape (m, 3, ...), from values of the vertices in `rows`."""
+        """Return the values at the corners of the triangles, shape (m, 3, ...).
+
+        `values` has an entry for each vertex in `rows`.
+        """
         return np.take(values, self._corners, axis=0)  # takes a quarter of the time of values[...]
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return the chord D of a light's highlight at points: the highlight is a power of the cosine 1 − |D|²/2.
+    """Return the chord D of a light's highlight at k points. The highlight is a power of the cosine 1 − |D|²/2.
 
-    Points, normals and result have the shape (k, 3). In Phong's model, D is the mirror direction of the light minus the
-    unit vector to the viewer; see `pvphong.optics.reflectances.highlight`.
+    `points`, `normals` and the result have the shape (k, 3). In Phong's model, D is the mirror direction of the light
+    minus the unit vector to the viewer; see `pvphong.optics.reflectances.highlight`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -132,8 +135,9 @@ _AT_CORNER = 2.0**-20
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). At a peak, a vector that varies over the triangle is
-    shortest: the chord D of a highlight, the offset from a spot's axis, or the offset from a light at a position.
+    `corners` holds the vertices of m triangles, shape (m, 3). At such a peak, the length of a vector that varies over
+    the triangle is least. The vector is the chord D of a highlight, the offset from a spot's axis, or the offset from a
+    light at a position.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -171,7 +175,8 @@ def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Pla
     In smaller triangles, the fixed pattern of samples suffices.
 
     Inside a triangle, a chord's length deviates from linear by less than a quarter of the square of its spread over the
-    triangle. By this bound, triangles too far from the highlight are skipped. `at` has the triangles' corners.
+    triangle. By this bound, triangles that are too far from the highlight are skipped. `at` has the values at the
+    triangles' corners.
     """
     sharpness = equation.sharpness
     chords = _chords(term, equation, at.points, at.normals)
@@ -204,9 +209,9 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
     `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle.
 
-    The shortest blend is the point of a triangle nearest to the origin: the foot of the perpendicular if that lies
-    inside, else the nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005),
-    section 5.1.5).
+    The three vectors span a triangle, and the shortest blend is its point nearest to the origin. If the foot of the
+    perpendicular from the origin lies inside the triangle, it is this point. If not, the point is on a side: it is the
+    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, ac = b - a, c - a
@@ -234,8 +239,8 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
     """Return, shape (k,), True for triangles in which the shortest blend of three vectors is one of the three.
 
-    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle. The length of the blend then increases from
-    one corner along both of its sides.
+    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle. If the shortest blend is at a corner, the
+    length of the blend increases from that corner along both of its sides.
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
@@ -252,9 +257,13 @@ _SMOOTH = 2.0
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield places at creases of the lighting in triangles, where one of several values changes its sign.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). The values are n·l at a light's terminator, n·v (or n
-    along the view axis) where a two-sided surface turns, the angle at the edge of a spot's cone, a highlight's cosine
-    at its cutoff, and a colour minus 1 where it saturates.
+    `corners` holds the vertices of m triangles, shape (m, 3). The values are:
+
+    - n·l, at a light's terminator;
+    - n·v, or n along the view axis, where a two-sided surface turns;
+    - the angle minus the cone's, at the edge of a spot's cone;
+    - a highlight's cosine, at its cutoff;
+    - a colour minus 1, where the colour saturates.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     p, n = columns(at.points), columns(at.normals)
@@ -280,10 +289,10 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign, and places next to them, in the triangles where it does.
+    """Yield places where a value changes its sign, and places next to them, in the triangles where the sign changes.
 
-    The value is 0 along a line. Its crossings with two sides of a triangle are yielded first, then their middle, then
-    places slightly to both sides of these three.
+    The value is 0 along a line. The crossings of this line with two sides of a triangle are yielded first, then their
+    middle, then places slightly to both sides of these three.
 
     Parameters
     ----------

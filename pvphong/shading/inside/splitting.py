@@ -75,9 +75,10 @@ class Refinement:
     def run(
         self, tolerance: float, limit: int, *, cut: bool, after_round: Callable[[], object] = lambda: None
     ) -> Stopped:
-        """Split until every error is within `tolerance` or splitting does not help; return the reason for stopping.
+        """Split triangles until every error is within `tolerance` or splitting does not help; return the reason for
+        stopping.
 
-        It always stops: each round adds a point, and `limit` bounds the number of points.
+        The method always stops, because each round adds a point, and `limit` bounds the number of points.
 
         Parameters
         ----------
@@ -152,7 +153,9 @@ class Refinement:
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
-        """Take the remaining samples of all triangles, and dense samples where the error is close to the tolerance."""
+        """Take the remaining samples of all triangles. Where the error is close to the tolerance, take dense samples
+        too.
+        """
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
             errors = errors_of(self.surface.vertices, self.surface.triangles.corners[rows], _CLOSE * tolerance)
@@ -161,9 +164,11 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Search the triangles `rows` for jumps of the colour, and mark some as stuck: splitting these would not help.
+        """Search the triangles `rows` for jumps of the colour, and mark triangles as stuck that splitting would not
+        improve.
 
-        Stuck are those in which the colour jumps, and those that share a vertex with a triangle in which it jumps.
+        Triangles in which the colour jumps are stuck. So are triangles that share a vertex with a triangle in which it
+        jumps.
 
         For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
         """
@@ -175,7 +180,7 @@ class Refinement:
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
-        """Split as many of the most urgent triangles as the largest number of points, `limit`, allows."""
+        """Split the most urgent triangles, as many as the largest number of points, `limit`, allows."""
         rows = self._poor(tolerance)
         rows = rows[np.argsort(-self._urgency(rows), kind="stable")]
         fits, too_many = 0, len(rows) + 1

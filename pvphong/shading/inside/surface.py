@@ -67,9 +67,10 @@ class LitSurface:
 
         `marks` is the result of `Triangles.marks`. Return the indices of the triangles that are new or changed.
 
-        On a smooth surface, the vertices are moved to the middles of cubic curves perpendicular to the ends' normals:
-        the sides of PN triangles (A. Vlachos, J. Peters, C. Boyd, J. L. Mitchell: Curved PN triangles. Symposium on
-        Interactive 3D Graphics (2001), 159-166). On a circle, the error of the middles is of fourth order in the angle.
+        On a smooth surface, the vertices are moved to the middles of cubic curves. Each curve joins a side's ends and
+        is perpendicular to the ends' normals. Such curves are the sides of PN triangles (A. Vlachos, J. Peters, C.
+        Boyd, J. L. Mitchell: Curved PN triangles. Symposium on Interactive 3D Graphics (2001), 159-166). On a circle,
+        the error of the middles is of fourth order in the angle.
         """
         curved = (self._triangles_of[marks] == 2) & self._smooth  # not on a boundary or where several sheets meet
         opposite = self._opposite(np.flatnonzero(marks))
@@ -80,8 +81,8 @@ class LitSurface:
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
         """Cut along the edge of a light's shadow or cone, and light the new vertices.
 
-        `light` is the light's index. The other arguments are as for `Triangles.cut`. Vertices on sheet 1 of the cut see
-        the light; vertices on sheet -1 do not.
+        `light` is the light's index. The other arguments are as for `Triangles.cut`. A cut has two sheets, 1 and -1:
+        vertices on sheet 1 see the light; vertices on sheet -1 do not.
         """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
@@ -100,7 +101,10 @@ class LitSurface:
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """Return, shape (k,), the corner opposite to each of `sides` that only one triangle has; -1 for the others."""
+        """Return, shape (k,), for each of `sides` the opposite corner in the only triangle that has this side.
+
+        For a side that several triangles share, the entry is -1.
+        """
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1

@@ -5,12 +5,13 @@ it, so that no vertex lies inside another triangle's side. This is longest-edge 
 refining triangular grids suitable for adaptive and multigrid techniques. International Journal for Numerical Methods in
 Engineering 20 (1984), 745-756).
 
-Lengths are measured as if every given triangle were equilateral. Up to that affine map, its descendants then have only
-three shapes, with no angle below 30°, so that bisection preserves the shape of the given triangle. A long thin triangle
-is bisected along both of its directions, as by uniform subdivision, and its descendants do not get thinner.
+Lengths are measured as if every given triangle were equilateral. In this measure, the parts of a triangle have only
+three shapes, with no angle below 30°. The true shapes follow from these by one affine map, so that bisection preserves
+the shape of the given triangle. A long thin triangle is bisected along both of its directions, as by uniform
+subdivision, and its parts do not get thinner.
 
-The two sheets along a cut have separate vertices at the same places. Their coinciding sides are split together, so that
-the sheets continue to meet.
+A cut parts the surface into two sheets along a line. The sheets have separate vertices at the same places. Their
+coinciding sides are split together, so that the sheets continue to meet.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ class Cut(NamedTuple):
     """Vertices that a cut adds, in the order of their numbers."""
 
     parents: IntArray
-    """Ends of the side of each new vertex, shape (k, 2); for a copy of a vertex on the line, that vertex twice."""
+    """Shape (k, 2): the ends of the side on which each new vertex lies. If the new vertex is a copy of a vertex on the
+    line, both entries are that vertex."""
     along: Float64Array
     """Position as a fraction of the side, shape (k,)."""
     sheets: IntArray
@@ -64,13 +66,13 @@ class Triangles:
     ends : ndarray
         Shape (s, 2): ends of each side.
     ties : ndarray
-        Shape (s,): number that ties sides together. A side and the copies of it that cuts make have the same tie, and
-        their ends are in the same order.
+        Shape (s,): number that ties sides together. If cuts make copies of a side, the side and its copies have the
+        same tie, and their ends are in the same order.
     source : ndarray
         Shape (m,): given triangle that each triangle is a part of.
     places : ndarray
-        Shape (n_vertices,): number that stands for the position of each vertex. A vertex and the copies of it that cuts
-        make have the same number.
+        Shape (n_vertices,): number that stands for the position of each vertex. If cuts make copies of a vertex, the
+        vertex and its copies have the same number.
     n_vertices : int
         Current number of vertices.
     """
@@ -98,8 +100,8 @@ class Triangles:
     def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
         """Add sides and return their numbers.
 
-        `ends` has the shape (k, 2), and `squares`, shape (k,), holds the squared lengths. `ties`, shape (k,), holds the
-        sides' ties; without it, each side gets a new tie.
+        `ends` has the shape (k, 2). `squares`, shape (k,), holds the sides' squared lengths. `ties`, shape (k,), holds
+        the sides' ties; without it, each side gets a new tie.
         """
         added = len(self.ends) + np.arange(len(ends))
         ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
@@ -109,7 +111,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return flags of sides: True where `marks` is True, and for all sides with the same tie as such a side."""
+        """Return flags of sides: True for all sides that have the same tie as a side where `marks` is True."""
         if self._n_ties == len(self.ends):  # no sides are tied together
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
@@ -124,7 +126,8 @@ class Triangles:
         rows : ndarray of int
             The triangles to split.
         shaped : ndarray of bool
-            Shape (m,): True for triangles with an area. Others are split only at the sides of their neighbours.
+            Shape (m,): True for triangles with an area. Triangles without one are split only at sides that neighbours
+            split.
         """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
         marks = marked(len(self.ends), longest[rows])
@@ -137,7 +140,7 @@ class Triangles:
             marks[more] = True
 
     def split(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
-        """Split the sides that `marks` returned, and all triangles that have them.
+        """Split the sides marked in `marks`, a result of the method `marks`, and all triangles that have such a side.
 
         Returns
         -------
@@ -168,8 +171,9 @@ class Triangles:
     def _bisect(self, rows: IntArray, middle: IntArray, half: IntArray) -> IntArray:
         """Split each triangle of `rows` from the middle m of its longest split side pq to the opposite corner r.
 
-        Return the numbers of the parts. `middle` and `half` have an entry for each side: the vertex at its middle, and
-        the first of the two sides that are its halves; −1 if the side is not split.
+        Return the numbers of the parts. `middle` and `half` have an entry for each side: the vertex at the side's
+        middle, and the first of its two halves, which are sides with consecutive numbers. The entries are −1 if the
+        side is not split.
         """
         squares = np.where(middle[self.sides[rows]] >= 0, self._squares[self.sides[rows]], -1.0)
         p, q, r, pq, qr, rp = self._turned(rows, squares.argmax(axis=1))
@@ -257,11 +261,14 @@ class Triangles:
     def _cut_between(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut the triangles `rows`, a b c, from x on ab to y on ca; split the rest, x b c y, at its shorter diagonal.
+        """Cut the triangles `rows`, a b c, from x on ab to y on ca, and split the quadrangle x b c y.
 
-        `crossed` and `along` are as for `cut`, and `signs` as well, with entries for the new vertices. `new` and
-        `piece` have an entry for each side: the number of its new vertex on sheet 1, which the copy on sheet -1
-        follows, and the number of the first of its two pieces; −1 if the side is not cut.
+        The quadrangle is split at its shorter diagonal.
+
+        `crossed` and `along` are as for `cut`. `signs` is too, but has entries for the new vertices as well. `new` and
+        `piece` have an entry for each side, or −1 if the side is not cut. An entry of `new` is the number of the side's
+        new vertex on sheet 1; the copy of this vertex on sheet -1 has the next number. An entry of `piece` is the
+        number of the first of the side's two pieces.
         """
         a, b, c, ab, bc, ca = self._turned(rows, ((~crossed[self.sides[rows]]).argmax(axis=1) + 2) % 3)
         is_lower = signs[a] < 0
@@ -288,9 +295,9 @@ class Triangles:
     def _cut_to_corner(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut the triangles `rows`, p q r, from x on pq to r; arguments as for `_cut_between`.
+        """Cut the triangles `rows`, p q r, from x on the side pq to the corner r.
 
-        Both sheets share the vertex r until `_part_sheets` doubles it.
+        The other arguments are as for `_cut_between`. Both sheets share the vertex r until `_part_sheets` doubles it.
         """
         p, q, r, pq, qr, rp = self._turned(rows, crossed[self.sides[rows]].argmax(axis=1))
         is_lower = signs[p] < 0
@@ -307,21 +314,21 @@ class Triangles:
     def _part_sheets(self, signs: IntArray, inner: IntArray) -> tuple[IntArray, IntArray]:
         """Double the vertices on the line that both sheets share, and the sides between such vertices.
 
-        The existing vertex stays on sheet 1; the copy is on sheet -1.
+        The existing vertex stays on sheet 1. Its copy is on sheet -1.
 
         Parameters
         ----------
         signs : ndarray of int
             Shape (n_vertices,): 1 or -1 for vertices on either side of the line, 0 for vertices on it.
         inner : ndarray of int
-            As for `cut`.
+            Shape (m,): side of the line, 1 or -1, on which a triangle lies if all its corners are on the line.
 
         Returns
         -------
         doubled : ndarray of int
             Vertices that were doubled, shape (k,).
         sheets : ndarray of int
-            Sheet of every vertex, 1 or -1, the k copies last; 0 for a vertex on the line that belongs to no sheet.
+            Sheet of every vertex, 1 or -1; the k copies come last. 0 for a vertex on the line that belongs to no sheet.
         """
         at_corners = signs[self.corners]
         sheet = np.sign(at_corners.max(axis=1) + at_corners.min(axis=1))  # 0 if an uncut line runs inside

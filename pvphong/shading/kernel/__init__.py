@@ -1,16 +1,16 @@
 """The kernel: the same equation and the same formulas as `reference.py`, compiled by Numba, on several threads.
 
 Numba is an optional extra. It is imported at the first use of the kernel, and compiled code is kept on disk. If a call
-must not wait and code is missing, the kernel declines the equation and the reference runs; another process compiles the
-code. The kernel also declines an equation that it does not support:
+must not wait and code is missing, the kernel declines the equation, that is, leaves it to the reference; another
+process compiles the code. The kernel also declines an equation that it does not support:
 
 - a light without `placement`, or a light or reflectance whose formula is not marked by `formula`
 - a scene coordinate beyond 2¹⁰⁰
 - an entry of an attenuation or a matrix that is neither 0 nor between 2⁻¹⁰⁰ and 2¹⁰⁰
 - a light that is too bright for its stage
 
-It declines single vertices too, which the reference then lights: a vertex on a light or the eye, a vertex that is not
-finite, or a vertex so far from a light or so near it that float32 does not hold the products.
+The kernel declines single vertices too, and the reference lights them: a vertex on a light or the eye, a vertex that is
+not finite, or a vertex so far from a light or so near it that float32 does not hold the products.
 
 The kernel differs from the reference by rounding alone. float32 results are computed in float32, including geometry,
 except integrals over area lights. Differences of positions have full relative precision at any distance from the
@@ -85,7 +85,7 @@ def has_run() -> bool:
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
-    """Call `run`, and return the seconds that Numba compiles meanwhile, or 0 without Numba.
+    """Call `run`, and return how many seconds Numba compiled during the call. Without Numba, return 0.
 
     Loading code from disk does not count.
     """
@@ -162,10 +162,10 @@ def evaluator() -> Callable[..., bool] | None:
 def point_normals(
     points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting, *, waits: bool = True
 ) -> Float64Array | None:
-    """Return unit normals of a mesh's points, as `pvphong.geometry.normals.point_normals` does, or None.
+    """Return unit normals of a mesh's points, shape (n, 3); or None if NumPy must compute them or refuse the mesh.
 
-    Compiled normals differ from NumPy's by rounding alone. Neither the numbering of the points nor the number of
-    threads changes any bit. None means that NumPy must compute the normals, or refuse the mesh.
+    They differ from the normals of `pvphong.geometry.normals.point_normals`, which NumPy computes, by rounding alone.
+    Neither the numbering of the points nor the number of threads changes any bit.
 
     Parameters
     ----------

@@ -220,8 +220,8 @@ _TAN_22_5, _TINIEST = math.sqrt(2.0) - 1.0, 2.0**-1000
 def arctan2(y: Any, x: Any) -> Any:
     """Return the angle θ of a point, as `math.atan2` does.
 
-    For angles up to 22.5°, θ = t + t³ P(t²) with t = tan θ. Other angles are reduced to these by symmetry and a turn by
-    45°. The function works in float64, for one point or for lanes. A call of libm's function would prevent
+    The arguments are float64 numbers, or eight of them (see `lanes`). For angles up to 22.5°, θ = t + t³ P(t²) with t =
+    tan θ. Other angles are reduced to these by symmetry and a turn by 45°. A call of libm's function would prevent
     vectorisation.
     """
     height, width = abs(y), abs(x)
@@ -241,7 +241,10 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @intrinsic
 def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
-    """Convert `value` to the type of the entries of the pointer `rows`; or, if `rows` is a number, to its type."""
+    """Convert `value` to the type of the numbers in `rows`.
+
+    `rows` is a pointer to numbers, or a number.
+    """
     kind = getattr(rows, "dtype", rows)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -1,12 +1,12 @@
 """Compiled code: callable through addresses, kept on disk, and compiled by another process if a call must not wait.
 
-On disk there is a file for each function and its types, in Numba's cache folder: a folder in NUMBA_CACHE_DIR if that is
-set, else `__pycache__` next to the module, or the user's cache folder if `__pycache__` is not writable. The file is
-written under another name and renamed. It starts with a digest of everything that the code depends on and a digest of
-the code itself. A file that is damaged, truncated or of another version is treated as missing and rewritten. So any
-number of processes may read and write at once. (Numba's own cache has two problems: its files share an index, in which
-two concurrent writers can assign one function the other's code; and it checks only the source file of the function
-itself, not those of the functions that it calls.)
+On disk there is a file for each function and its types, in Numba's cache folder. If NUMBA_CACHE_DIR is set, this is a
+folder in it. If not, it is `__pycache__` next to the module, or the user's cache folder if `__pycache__` is not
+writable. The file is written under another name and renamed. It starts with two digests: one of everything that the
+code depends on, and one of the code itself. A file that is damaged, truncated or of another version is treated as
+missing and rewritten. So any number of processes may read and write at once. (Numba's own cache has two problems. Its
+files share an index, in which two concurrent writers can assign one function the other's code. And it checks only the
+source file of the function itself, not those of the functions that it calls.)
 
 If a call must not wait, another process compiles the missing code; that process may outlive this process. This process
 requests each piece once, so that code that cannot be compiled is not tried again and again.
@@ -163,8 +163,8 @@ class _Absent(Exception):
 class Code(CFunc):
     """Compiled function, which other compiled code calls by its address, and Python by `call`.
 
-    Its code is read from disk if it is there. Otherwise it is compiled and written to disk; or, if `compiles` is False,
-    `_Absent` is raised.
+    Its code is read from disk if it is there. If not, and `compiles` is True, the code is compiled and written to disk.
+    If `compiles` is False, `_Absent` is raised.
     """
 
     def __init__(self, function: Callable[..., Any], signature: Any, *, compiles: bool = True) -> None:
@@ -219,7 +219,10 @@ def _sources(modules: tuple[str, ...]) -> bytes:
 
 
 def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ...]]:
-    """Return a function's bytecode and the values that it closes over. Functions that do the same have equal ones."""
+    """Return a function's bytecode and the values that it closes over.
+
+    Two functions that do the same have equal results.
+    """
     return function.__code__, tuple(cell.cell_contents for cell in function.__closure__ or ())
 
 
@@ -332,7 +335,7 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
     missing
         Key of the code.
     request : Request or None
-        Equation to compile code for first; None if the code is part of what is always compiled.
+        Equation whose code is compiled first; None if the missing code belongs to the code that is always compiled.
     lock : Path or None
         File that the compiling process locks; None if code cannot be kept on disk, so that no process is started.
     """

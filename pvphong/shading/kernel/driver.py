@@ -1,16 +1,21 @@
 """The driver lights vertices block by block: it loads a block, adds light after light, and stores colours.
 
 The equation comes as records, so that its values are arguments of compiled code: moving or tinting a light does not
-compile anything. Branches are taken once per block. The driver does not depend on kinds of lights or reflectances:
-their code is in stages, which it calls through pointers, once per block and light. Only the common cases are built in:
-a uniform light, and Lambert's factor, which it adds without storing it first.
+compile anything. Branches are taken once per block. The driver does not depend on kinds of lights or reflectances.
+Their code is in stages, which the driver calls through pointers, once per block and light. Only the common cases are
+built in: a uniform light, and Lambert's factor, which the driver adds without storing it first.
 
-Its loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32 arithmetic.
-Where rows are float64, float32 literals are widened, exactly. There is no fast-math: each vertex's bits follow from
-IEEE arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every loop.
+The driver's loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32
+arithmetic. Where rows are float64, float32 literals are widened, exactly. There is no fast-math: each vertex's bits
+follow from IEEE arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every
+loop.
 
-Arguments that several functions share are described in `vertices`. Further, `varies` is True if the row `STRENGTH` has
-the light's strength at each vertex, and False if the strength is 1.
+Arguments that several functions share are described in the module `vertices`. Further, `varies` is True if the row
+`STRENGTH` has the light's strength at each vertex, and False if the strength is 1.
+
+If components are requested, the driver computes the colours as separate shares, one after the other. A share is one
+component (ambient, diffuse, specular or emission) of one light's contribution, or of the light that no light source
+determines.
 """
 
 from __future__ import annotations
@@ -198,7 +203,7 @@ def _load(
     Parameters
     ----------
     first, count, channels, s, rows, wide
-        As in the description of `vertices`.
+        As in the description of the module `vertices`.
     points, normals
         Vectors of all vertices.
     places
@@ -230,7 +235,7 @@ def _load(
 def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
     """Prefetch the output memory of the block that begins at vertex `first`.
 
-    Writes to memory that is not cached take longest. The output is `display` if `s.is_display`, else `rgb`.
+    Writes to memory that is not cached take longest. The output is `display` if `s.is_display` is set, else `rgb`.
     """
     if s.is_display:
         prefetch_to_write(display, first)
@@ -250,18 +255,19 @@ def _settle_strength(rows: Any, gain: Any) -> None:
 
 @inlined
 def _strength(rows: Any, i: int, varies: bool) -> Any:
-    """Return the light's strength at vertex `i`: the entry of the row `STRENGTH`, or 1 if it does not vary.
+    """Return the light's strength at vertex `i`.
 
-    `varies` is constant in a loop, so LLVM makes two loops of it.
+    It is the entry of the row `STRENGTH` if `varies`, and 1 if not. `varies` is constant in a loop, so LLVM makes two
+    loops of it.
     """
     return rows[at.STRENGTH + i] if varies else ONE
 
 
 @compiled
 def _hide(rows: Any, varies: bool) -> None:
-    """Write the light's strengths times its visible parts, the row `VISIBLE`, into the row `STRENGTH`.
+    """Multiply the light's strengths by its visible parts, the row `VISIBLE`, and write them into the row `STRENGTH`.
 
-    Before, the strengths are in the row `STRENGTH` if `varies`, else 1.
+    If `varies`, this row holds the strengths already. If not, all strengths are 1.
     """
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
@@ -272,7 +278,7 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
     """Add a lobe's light: `color` times the lobe's factor and the light's strength at each vertex.
 
     The factors are in the row at offset `factors`. The sums are the three rows that begin at offset `target`. The
-    strengths are in the row `STRENGTH` if `varies`, else 1.
+    strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
     """
     for i in range(BLOCK):
         factor = rows[factors + i] * _strength(rows, i, varies)
@@ -286,7 +292,7 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
     """Add the light of the first two lobes, with the colours `color` and `other`, to the vertices' colours.
 
     Adding both at once halves the memory traffic. It is possible only if no map multiplies just one of these lobes. The
-    light's strengths are in the row `STRENGTH` if `varies`, else 1.
+    light's strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
     """
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
@@ -300,8 +306,8 @@ def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
 def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light: Any) -> None:
     """Add `color` times max(n·l, 0) and the light's strength to the vertices' colours.
 
-    If `is_uniform`, l is the direction of `to_light`; otherwise, the rows from `DX` on have vectors to the light. The
-    strengths are in the row `STRENGTH` if `varies`, else 1.
+    If `is_uniform`, l is the direction of `to_light`. If not, the rows from `DX` on have vectors to the light. The
+    strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
     """
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
@@ -331,9 +337,9 @@ def _add_light(
     Parameters
     ----------
     first, count, channels, t, s, rows, points
-        As in the description of `vertices`.
+        As in the description of the module `vertices`.
     numbers, own
-        Numbers that the reflectance's stage and the light's stage read.
+        Numbers that the reflectance's stage reads (`numbers`), and numbers that the light's stage reads (`own`).
     """
     good = True
     to_light = in_type(t.to_light, rows)
@@ -427,7 +433,7 @@ def _add_rows(rows: Any, start: int) -> None:
 
 @inlined_early
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
-    """Multiply each part of a block's colours by its maps, `albedo`, `diffuse` or `specular`, and sum the parts.
+    """Multiply each part of a block's colours by its map, `albedo`, `diffuse` or `specular`, and sum the parts.
 
     The emission is no part of the sum. The maps are pointers to a colour for each of all vertices.
     """
@@ -445,7 +451,10 @@ def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: A
 
 @inlined_early
 def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> None:
-    """Add the emission, times its map if there is one, to a block's colours, unless they include it from the start."""
+    """Add the emission, times its map if there is one, to a block's colours.
+
+    If the colours include the emission from the start, do nothing.
+    """
     if s.has_emission or s.is_split:
         fill(rows, at.OTHER_R, in_type(s.emission, rows))
         if s.has_emission:
@@ -459,7 +468,10 @@ def _add_emission(first: int, count: int, emission: Any, s: Any, rows: Any) -> N
 
 @compiled
 def _add_share(rows: Any, start: int) -> None:
-    """Add the current share, in the colour's rows, to the three rows that begin at offset `start`."""
+    """Add a share, one component of a light's contribution, to the three rows that begin at offset `start`.
+
+    The share is in the rows of the block's colours.
+    """
     for i in range(3 * BLOCK):
         rows[start + i] = rows[start + i] + rows[at.R + i]
 
@@ -468,8 +480,8 @@ def _add_share(rows: Any, start: int) -> None:
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
     """Add a complete share to the sums of its light and of its component, and clear the rows for the next share.
 
-    If the share is the last of its light, store the light's sum in the output, `t.light_at` numbers after `rgb`. Here
-    `t` is the record of the share's last term.
+    A share is one component of a light's contribution; `t` is the record of its last term. If the share is the last of
+    its light, store the light's sum in the output, `t.light_at` numbers after `rgb`.
     """
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
@@ -506,7 +518,10 @@ def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
 
 @compiled
 def _finish(s: Any, rows: Any) -> None:
-    """Raise a block's colours, not below 0, to the power `s.exponent`, unless that is 1."""
+    """Raise a block's colours to the power `s.exponent`. Colours below 0 count as 0.
+
+    If the exponent is 1, do nothing.
+    """
     if s.exponent != 1.0:
         exponent = as_type_of(rows, s.exponent)
         for i in range(3 * BLOCK):

@@ -209,7 +209,7 @@ def _look_around(
 def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
     """Return True if the edge between the faces number `one` and `two` is smooth; False for NaN.
 
-    It is smooth if the dot product of the faces' normals exceeds the number at `cosine`.
+    The edge is smooth if the dot product of the faces' normals exceeds the number to which `cosine` points.
     """
     a, b = 3 * one, 3 * two
     product = normals[a] * normals[b] + normals[a + 1] * normals[b + 1] + normals[a + 2] * normals[b + 2]
@@ -349,7 +349,7 @@ def fans_code(library: Library) -> Any:
 def split_points(
     library: Library, points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Split a mesh's points along sharp edges; see `pvphong.shading.kernel.split_points`."""
+    """Split a mesh's points along sharp edges, as `pvphong.shading.kernel.split_points` describes."""
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:
         look_over, find_normals = survey_code(library), normals_code(library, stored.name)

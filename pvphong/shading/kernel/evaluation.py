@@ -174,7 +174,8 @@ def shade(
 def _apart(equation: Equation, result: Shading) -> records.Apart | None:
     """Return the shares of an equation and the offsets at which `result` stores them.
 
-    Return None if the result has no components, or if the equation has no shares because all are black.
+    A share is one component of a light's contribution. Return None if the result has no components, or if the equation
+    has no shares because all are black.
     """
     shares, rgb = equation.shares, result.rgb
     if result.base is None or result.per_light is None or not shares:
@@ -190,7 +191,10 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
 
 
 def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
-    """Return the arrays of a result, each of shape (n, 3), to which no share adds, so that they are black."""
+    """Return the arrays of `result` that are black because no share adds to them, shape (n, 3) each.
+
+    A share is one component of a light's contribution.
+    """
     if result.base is None or result.per_light is None:
         return []
     components, lights = {share.component for share in shares}, {share.light for share in shares}
@@ -237,10 +241,10 @@ def _of_lobes(
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function from a slice to the address of these rows of `array`, C-contiguous and of the type `dtype`.
+    """Return a function that makes rows of an array available to compiled code.
 
-    The function also returns the object that keeps the rows alive: the array itself, or a copy of the rows. Without an
-    array, it returns 0 and None.
+    The function takes a slice. It returns the address of these rows, C-contiguous and of the type `dtype`, and the
+    object that keeps the rows alive: the array itself or a copy of the rows. If `array` is None, it returns 0 and None.
     """
     if array is None:
         return _nothing
@@ -256,9 +260,10 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
 
 
 def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function from a slice to the address of a map's colours there, and the array (n, 3) with them.
+    """Return a function that makes colours of a map available to compiled code.
 
-    Without a tint, the function returns 0 and None.
+    The function takes a slice. It returns the address of the colours there, and the array (n, 3) that holds them. If
+    `tint` is None, it returns 0 and None.
     """
     if tint is None:
         return _nothing
@@ -323,5 +328,5 @@ def name_of(kind: np.dtype[Any]) -> str:
 
 
 def as_contiguous(array: FloatArray, dtype: Any) -> FloatArray:
-    """Return the array itself if it is C-contiguous, aligned and of the type `dtype`, else such a copy."""
+    """Return the array itself if it is C-contiguous, aligned and of the type `dtype`. If not, return a copy that is."""
     return np.require(array, dtype, ["C", "A"])

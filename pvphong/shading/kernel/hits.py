@@ -1,4 +1,4 @@
-"""Nearest hits of rays, found by Embree sixteen rays at a time, in compiled code. `rays` tests only for any hit.
+"""Nearest hits of rays, found by Embree sixteen rays at a time, in compiled code. `rays` finds only whether rays hit.
 
 In reading order: `_find` finds the nearest hits of open rays. `look_around` casts many rays from each vertex, for
 bounced light, and `gather` averages the colours that they hit. `find` casts given rays. Functions for Python follow.
@@ -318,10 +318,11 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Cast rays from m vertices, and return the vertex that each hits, shape (m, end − begin), and the number of rays.
+    """Cast rays from m vertices, and return two results: the vertex that each ray hits, and the number of rays.
 
-    The vertex is a random corner of the triangle that the ray hits, chosen with its barycentric weight as probability.
-    It is −1 if the ray hits nothing or the back of a triangle.
+    The first has the shape (m, end − begin). A hit vertex is a random corner of the triangle that the ray hits, chosen
+    with its barycentric weight as probability. The number −1 stands for a ray that hits nothing or the back of a
+    triangle.
 
     Parameters
     ----------
@@ -334,7 +335,7 @@ def vertices_met(
     casters : Casters
         Geometry.
     triangles : SendingTriangles
-        Vertices and front sides of its triangles.
+        Vertices and front sides of the geometry's triangles.
     """
     count, seeds = len(origins), np.ascontiguousarray(seeds)
     numbers, origins, normals = as_float64(numbers, origins, normals)

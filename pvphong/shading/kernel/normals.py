@@ -403,8 +403,9 @@ class FaceArrays(NamedTuple):
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
         """Return the number of points that a call of compiled code should process.
 
-        It is `least`, doubled until a chunk of faces has points in at most two such ranges on average, so that few
-        chunks are read repeatedly. The doubling ends when the ranges of all threads together reach `most` points.
+        The number is `least`, doubled until one of two conditions holds. Either a chunk of faces has points in at most
+        two ranges of this many points, on average, so that few chunks are read repeatedly. Or the ranges of all threads
+        together have `most` points, or all points of the mesh.
         """
         length = least
         while length * threads.count() < min(n_points, most):
@@ -420,8 +421,8 @@ def point_normals(
 ) -> Float64Array | None:
     """Compute normals of a mesh's points; see `pvphong.shading.kernel.point_normals`.
 
-    Return None if NumPy must compute them; or if the mesh is invalid, for example with an index without a point, so
-    that NumPy must raise the error.
+    Return None if NumPy must compute the normals. Return None also if the mesh is invalid, for example with an index
+    without a point, so that NumPy raises the error.
     """
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:

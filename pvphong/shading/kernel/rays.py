@@ -524,7 +524,7 @@ def part_seen(
         Shape (2, m): result of `sobol.seeds` for the vertices.
     begin, end : int
         Number of the first sample point, and of the point after the last, up to `sobol.MOST`. `begin` is a multiple of
-        16; `end` is too, unless no points follow.
+        16. If further points follow, so is `end`.
     margin : float
         Length by which rays end before the light.
     casters : Casters
@@ -563,10 +563,10 @@ def point_seen(
 ) -> int:
     """Cast a ray from each of m vertices to a light without a size, and return the number of rays.
 
-    `seen` receives 1 for each vertex whose ray arrives, and 0 for vertices whose ray is blocked or that face away from
-    the light. If the vertices are two-sided, `behind` receives the same for their other sides. Both are contiguous
-    arrays of shape (m,). Points, origins and normals have the shape (m, 3). `light` has the seven numbers that
-    `look_at_point` reads.
+    Points, origins and normals have the shape (m, 3). `light` has the seven numbers that `look_at_point` reads. `seen`
+    receives 1 for a vertex whose ray arrives, and 0 for a vertex whose ray is blocked or that faces away from the
+    light. If the vertices are two-sided, `behind` receives the same for their other sides. Both outputs are contiguous
+    arrays of shape (m,).
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)

@@ -51,13 +51,21 @@ TERM = np.dtype(
     ],
     align=True,
 )
-"""Record of a light. `is_uniform`: light from the direction `to_light`. `varies`: its strength is computed per vertex;
-constant factors are in the colours, and `gain`, a power of two, multiplies the strength. `wanted`: lobes other than
-black, as the sum of 1, 2 and 4. `visible`: channel of its visible part, or -1. `arrives`, `reflects`: addresses of the
-stages, 0 for stages built into the driver. For an area light, `arrives` is `integral_stage`, which writes the
-reflectance's factors too, and `reflects` is `factors_already_written`. The last fields are for separate shares.
-`component`: index in `COMPONENTS` of the share that this term completes, or -1. `light_at`: offset from the colours to
-the array of its light if this term completes the light, else 0. `is_alone`: its light has no other share."""
+"""Record of a light.
+
+- `is_uniform`: True for light from the direction `to_light`
+- `varies`: True if the light's strength is computed per vertex; constant factors are in the colours
+- `gain`: a power of two that multiplies the strength
+- `wanted`: lobes other than black, as the sum of 1, 2 and 4
+- `visible`: channel of the light's visible part, or -1
+- `arrives`, `reflects`: addresses of the stages, 0 for stages that are built into the driver. For an area light,
+  `arrives` is `integral_stage`, which writes the reflectance's factors too, and `reflects` is `factors_already_written`
+
+The last fields are for separate shares, the components of the lights' contributions:
+
+- `is_alone`: True if the light has no other share
+- `component`: index in `COMPONENTS` of the share that this term completes, or -1
+- `light_at`: offset from the colours to the array of the light if this term completes the light, else 0"""
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
@@ -135,7 +143,7 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
 
 
 def holds(numbers: Iterable[Any]) -> bool:
-    """Return True if float32 holds products of numbers >= 0: each is 0, or between 2⁻¹⁰⁰ and 2¹⁰⁰."""
+    """Return True if float32 holds products of these numbers >= 0: each is 0, or between 2⁻¹⁰⁰ and 2¹⁰⁰."""
     for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
         if x and not 1.0 / _LARGEST <= x <= _LARGEST:
             return False
@@ -204,15 +212,25 @@ SETTINGS = np.dtype(
     ],
     align=True,
 )
-"""Record of the settings that all lights share: numbers, then vectors. `has_tints`: any of the four maps of colours
-exists. `single_lambert_light`: one light, uniform and with Lambert's factor only. `is_apart`: shares are separate;
-`components_at`: offsets of the components' arrays from the colours. `is_split`: lobes with and without albedo have
-separate sums. `count`: number of lights. `stride`: number of numbers per stage. `behind`: offset from a visibility
-channel to the other side's, or 0 if normals are not turned. `sky`, `tangents`, `field`: channel of the visible part of
-the sky, first of three channels of tangents, and channel of the map of a reflectance's field, or -1. `channel_length`:
-offset between channels. `takes_albedo`: lobes that the albedo multiplies, as the sum of 1, 2 and 4; `unmapped`: lobes
-that no map multiplies, if maps multiply others. `own`: colour like `base`, but independent of the sky. `over_diffuse`
-and so on: factors of a map's colours. `exponent`: the sum of all light is raised to this power."""
+"""Record of the settings that all lights share: numbers, then vectors.
+
+- `has_tints`: any of the four maps of colours exists
+- `single_lambert_light`: there is one light, uniform and with Lambert's factor only
+- `is_apart`: shares, the components of the lights' contributions, are separate
+- `components_at`: offsets of the components' arrays from the colours
+- `is_split`: lobes with albedo and lobes without it have separate sums
+- `count`: number of lights
+- `stride`: number of numbers per stage
+- `sky`: channel of the visible part of the sky, or -1
+- `behind`: offset from a visibility channel to that of the other side, or 0 if normals are not turned
+- `tangents`: first of three channels of tangents, or -1
+- `field`: channel of the map of a reflectance's field, or -1
+- `channel_length`: offset between channels
+- `takes_albedo`: lobes that the albedo multiplies, as the sum of 1, 2 and 4
+- `unmapped`: lobes that no map multiplies although maps multiply others, as such a sum
+- `own`: colour like `base`, but independent of the sky
+- `over_diffuse` and so on: factors of a map's colours
+- `exponent`: power to which the sum of all light is raised"""
 
 _pack_settings = _packer(SETTINGS)
 _scalars_of, _vectors_of = (

@@ -130,9 +130,10 @@ def _parameters(rows: Any, numbers: Any) -> Any:
 
 @inlined
 def _shows(square: Any, n_l: Any, dark: Any) -> bool:
-    """Return True if a highlight may be greater than 0: its squared chord `square` is below `dark`, and n·l above 0.
+    """Return True if a highlight may be greater than 0.
 
-    If `dark` is infinite, the highlight does not end at the horizon, so the sign of n·l does not matter.
+    Its squared chord, `square`, must be below `dark`, and n·l above 0. If `dark` is infinite, the highlight does not
+    end at the horizon, so the sign of n·l does not matter.
     """
     return (square < dark) & ((n_l > ZERO) | (dark > TWO))
 
@@ -405,10 +406,10 @@ def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """Return the directions of a lobe's axis at eight vertices: to the viewer, mirrored at n.
+    """Return the direction of a lobe's axis at eight vertices: the direction to the viewer, mirrored at n.
 
-    For a lobe with the power 0, the axis is n itself. The vertices are those whose indices are the entries `k` to
-    `k` + 7 of the row `LIST`; `n` holds their unit normals.
+    For a lobe with the power 0, the axis is n itself. The vertices are those whose indices are the entries `k` to `k` +
+    7 of the row `LIST`; `n` holds their unit normals.
     """
     if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))

@@ -332,9 +332,9 @@ def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any)
 def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: bool) -> bool:
     """Write the vectors D from a block's vertices to the position (x, y, z), and 1/|D|.
 
-    If `measures`, also write |D| into the row of strengths. Return True if no vertex of the block is declined, that is,
-    left to the reference. A vertex is declined if it is at the position, if it is not finite, or if `measures` is True
-    and |D| is out of range. `points` is as in the module's description.
+    If `measures`, also write |D| into the row of strengths. `points` is as in the module's description. Return True if
+    no vertex of the block is declined, that is, left to the reference. A vertex is declined if it is at the position or
+    not finite. If `measures`, it is also declined if |D| is out of range.
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)

@@ -1,4 +1,4 @@
-"""Bounds on a light's contribution, and on its change when a direction turns. They hold for every normal."""
+"""Bounds on a light's contribution, and on its change when the light or viewer turns. They hold for every normal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from pvphong.shading.plan.lights import Approximation
 from pvphong.shading.plan.state import PlanState
 
 Cone = tuple[Vector, float]
-"""Cone of directions: a unit vector, and the largest angle to it over all vertices in radians."""
+"""Cone of directions: its axis, a unit vector, and the largest angle from the axis to the direction at any vertex, in
+radians."""
 
 
 def most_color(state: PlanState, term: LightTerm) -> float:
@@ -29,7 +30,7 @@ def most_color(state: PlanState, term: LightTerm) -> float:
 
 
 def most_sent(state: PlanState) -> float:
-    """Return a bound on the direct light, in any channel, that a vertex reflects diffusely, plus its emission."""
+    """Return a bound on a vertex's emission plus the direct light that it reflects diffusely, in any channel."""
     equation = state.equation
     sent = [
         term.gain * state.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
@@ -50,8 +51,7 @@ def most_ambient(state: PlanState) -> float:
 def most_scattered(equation: Equation) -> float:
     """Return a bound on the diffuse albedo, the reflection of a uniform white sky.
 
-    Lambert's reflectance has the integral 1 over the hemisphere. The integral of any other reflectance is at most twice
-    the largest factor (2π over π).
+    Lambert's reflectance has the albedo 1. The albedo of any other reflectance is at most twice its largest factor.
     """
     shares = [
         max(equation.colors[k]) * (1.0 if equation.reflectance.lobes[k] is LAMBERT else 2.0 * equation.largest[k])
@@ -63,12 +63,12 @@ def most_scattered(equation: Equation) -> float:
 def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) -> float:
     """Return a bound on the light that is lost if only the first `kept` of `count` bounces are computed.
 
-    That is the light of the other bounces, and the ambient light that remains after all bounces.
+    The lost light is the light of the other bounces, and the ambient light that remains after all bounces.
 
     Parameters
     ----------
     ratio : float
-        Largest factor of light per bounce.
+        Largest factor by which one bounce multiplies light.
     kept, count : int
         Number of bounces that are kept, and of all bounces.
     sent, ambient : float
@@ -83,7 +83,7 @@ def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) 
 
 
 def stand_in_error(state: PlanState, term: LightTerm, choice: Approximation) -> float:
-    """Return the largest colour error if the cheaper light `choice` replaces a term's light."""
+    """Return the largest colour error if the cheaper light `choice` replaces the light of a term."""
     bound = most_color(state, term) * choice.spread
     if choice.turn is not None:
         bound += largest_change(state, term, choice.turn, light_moves=True) * choice.strongest
@@ -100,7 +100,7 @@ def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_move
     term : LightTerm
         The term.
     turn : float
-        Angle in radians.
+        Angle in radians by which the direction to the light or to the viewer turns.
     light_moves : bool
         True if the light turns, False if the viewer turns.
     """

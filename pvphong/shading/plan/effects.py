@@ -1,7 +1,7 @@
 """The effects that a scene may need: when each can be removed, when and why it is on, and the equation without it.
 
-An effect is a class here and its row in `EFFECTS`, at the end, which plans and the accuracy report read. An effect of
-lights whose replacements are defined in `lights.py` is only a row, of class `LightEffect`.
+An effect is a class in this module, and a row in the table `EFFECTS` at the end. Plans and the accuracy report read the
+table. An effect of lights whose replacements are defined in `lights.py` needs only a row, of class `LightEffect`.
 
 In order: the base class; the surface (matrix, emission, ambient light, bounces); lights (contribution, position,
 attenuation and cone, size, bands); reflection; the viewer; visibility.
@@ -49,7 +49,8 @@ _NO_LIGHT = "no light reaches the mesh"
 
 
 Change = tuple[tuple[LightTerm, ...], tuple[Simplification, ...]]
-"""Terms that replace a light's term, none if the light contributes nothing; and simplifications with their bounds."""
+"""Terms that replace the term of one light, and the simplifications that led to them, with error bounds. There are no
+terms if the light contributes nothing."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,9 @@ class Effect:
     neutral : mapping
         Field of the equation → its value without the effect. If empty, the effect is removed from each light's term.
     once, each : float
-        Approximate cost in nanoseconds per vertex, in total and for each light for which it runs. The costs are rounded
-        differences of the times with and without the effect, by the compiled evaluator in float32, on one core of a
-        server's processor of 2022 at 3.7 GHz.
+        Approximate cost in nanoseconds per vertex: `once` for all lights together, plus `each` for every light for
+        which the effect runs. The costs are rounded differences of the times with and without the effect, by the
+        compiled evaluator in float32, on one core of a server's processor of 2022 at 3.7 GHz.
     """
 
     name: str
@@ -137,9 +138,10 @@ class Effect:
         return replace(equation, terms=tuple(self.term_without(equation, term, point) for term in equation.terms))
 
     def term_without(self, equation: Equation, term: LightTerm, point: Vector) -> LightTerm:
-        """Return one light's term without the effect, as for `without`. Effects of lights override this method.
+        """Return one light's term without the effect, regardless of the error. Effects of lights override this method.
 
-        By default, the term is returned unchanged.
+        A value that varies over the mesh is replaced by its value at `point`. By default, the term is returned
+        unchanged.
         """
         return term
 
@@ -188,7 +190,10 @@ class Emission(Effect):
 
 
 class Ambient(Effect):
-    """Ambient light of the light model and of the lights; constant for lights without a position."""
+    """Ambient light of the light model and of the lights.
+
+    Ambient light of a light without a position is the same at all vertices.
+    """
 
     def decide(self, state: PlanState) -> Decision:
         equation = state.equation
@@ -313,7 +318,8 @@ class LightEffect(Effect):
 class Size(LightEffect):
     """Size of an area light, removed by a light at a point if the error is allowed.
 
-    Otherwise, for lobes without a closed form, fewer nodes may replace the light's nodes.
+    Lobes without a closed form are summed over nodes of the area light, which are lights at points. If the error of a
+    single light is too large, fewer nodes may replace these nodes.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
@@ -334,7 +340,7 @@ class Size(LightEffect):
     def decide(self, state: PlanState) -> Decision:
         """Return the decision. Its reason says whether lobes are integrated over the lights exactly or by nodes.
 
-        The cost counts only the exact integrals: nodes are lights, which the other effects count.
+        The decision counts only lights with an exact integral. The other effects count the nodes, as lights.
         """
         decision, equation, integrals = super().decide(state), state.equation, 0
         by_method: dict[str, list[str]] = {}
@@ -402,7 +408,8 @@ def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> flo
 class Reflection(Effect):
     """One component of the reflected light, diffuse or specular.
 
-    If it is black, its colours in each light's term are zero. Evaluators skip zeros, so the equation is not rewritten.
+    If the component is black, its colours in each light's term are zero. Evaluators skip zeros, so the equation is not
+    rewritten.
     """
 
     name: Component
@@ -447,7 +454,7 @@ _EDGE_ON = 1e-4
 class TwoSided(Effect):
     """Turning of normals towards the viewer, removed if no vertex faces away.
 
-    A closed mesh seen from outside hides its back, but the colours there are data too.
+    Vertices on the back of a closed mesh count too: the viewer does not see them, but their colours are data.
     """
 
     def simplify(self, state: PlanState) -> PlanState:
@@ -509,9 +516,9 @@ class LocalViewer(Effect):
 class Shadow(Effect):
     """Shadows of a light, removed if nothing can block it.
 
-    If an area light is partly hidden, each lobe is multiplied by the visible part of the light's irradiance. That is
-    exact for matt surfaces. A highlight may reflect only the hidden part, so its error can be as large as its
-    brightness; `tradeoff` measures it.
+    If an area light is partly hidden, each lobe is multiplied by the visible part of the light's irradiance. This is
+    exact for matt surfaces. A highlight may reflect only the hidden part of the light, so its error can be as large as
+    its brightness. `tradeoff` measures this error.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:

@@ -1,9 +1,11 @@
 """Bounds on each kind of light, and the cheaper lights that may replace it in a plan.
 
 These rules decide that a light does not reach the mesh, so that it is removed. Black lights, and those too weak for the
-tolerance, are removed by `effects.Lights`. Four functions dispatch on the kind of light: its `effects`, the bounds on
-its contribution (`reach`), the `simpler` light that may replace it, and the light `without` an effect. Kinds that are
-not registered have no bounds, so they run unchanged.
+tolerance, are removed by `effects.Lights`.
+
+Four functions dispatch on the kind of light. `effects` returns the names of its effects: position, attenuation, cone,
+size, sky. `reach` bounds its contribution. `simpler` returns a cheaper light that may replace it. `without` returns it
+without one effect. Kinds that are not registered have no bounds, so they run unchanged.
 
 In order: these functions; lights with a position and falloff, and cones; area lights; environment lights.
 """
@@ -46,7 +48,7 @@ _OVERSHOOT = 2.0
 
 
 class LightBounds(NamedTuple):
-    """Bounds on a light's contribution to the vertices inside a sphere. The defaults stand for no bounds."""
+    """Bounds on a light's contribution to the vertices inside a sphere. By default, nothing is known."""
 
     strongest: float = math.inf
     """Largest strength at any vertex, rounded up; infinite if there is no bound."""
@@ -55,7 +57,7 @@ class LightBounds(NamedTuple):
     """Unit vector to the light from the sphere's centre; None if unknown."""
 
     turn: float = 0.0
-    """Largest angle in radians between this direction and the direction at a vertex."""
+    """Largest angle in radians between `direction` and the direction to the light at a vertex."""
 
 
 class Approximation(NamedTuple):
@@ -63,20 +65,20 @@ class Approximation(NamedTuple):
 
     make: Callable[[], tuple[Light, ...]] | None
     """Function that returns the cheaper lights; None if the original does not reach the mesh. Of a light that replaces
-    the original, only position and falloff are used; colours and intensity are the original's. If several lights
-    replace an area light's nodes, their diffuse colours and intensities multiply the original's."""
+    the original, only position and falloff are used: colours and intensity are the original's. Of several lights that
+    replace an area light's nodes, the diffuse colours and intensities are used too: they multiply the original's."""
 
     why: str = ""
-    """Reason; `{bound}` in it is replaced by the colour error."""
+    """Reason for the replacement. The colour error takes the place of `{bound}` in it."""
 
     factor: float = 1.0
-    """Factor of the cheaper lights' strength."""
+    """Factor that multiplies the cheaper lights' strength."""
 
     spread: float = 0.0
-    """Largest error of the total strength."""
+    """Largest error of the total strength of the cheaper lights."""
 
     turn: float | None = None
-    """Largest error of the direction, in radians; None if the direction is exact."""
+    """Largest error of the direction to the light, in radians; None if the direction is exact."""
 
     strongest: float = 1.0
     """Largest total strength at any vertex, over all parts of an area light; used if the direction has an error."""
@@ -87,7 +89,10 @@ class Approximation(NamedTuple):
 
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
-    """Return the effects of a light: by default, position unless uniform, and size if it has a size."""
+    """Return the names of a light's effects: by default, position, and size if the light has a size.
+
+    A uniform light has none.
+    """
     if light.is_uniform:
         return frozenset()
     return frozenset({POSITION, SIZE} if light.has_size else {POSITION})
@@ -108,27 +113,30 @@ def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
     light : Light
         The light.
     effect : str
-        One of its effects, which the replacement does not have.
+        One of the light's effects, which the replacement does not have.
     extent : MeshBounds
         Bounds on the vertices. They are slow to compute, so use them only if necessary.
     exactly : bool
-        True if the replacement must be equal to the last bit.
+        True if the replacement must give the same colours to the last bit.
     """
     return None
 
 
 @singledispatch
 def without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 there is none
-    """Return the light without one of its effects, regardless of the error, and a factor of its strength.
+    """Return a light without one of its effects, regardless of the error, and a factor.
 
-    A value that varies over the mesh is replaced by its value at the point. Only position and falloff change; colours
-    and intensity are the original's.
+    Only position and falloff of the returned light are used: colours and intensity are the original's. The factor
+    multiplies the returned light's strength. A value that varies over the mesh is replaced by its value at `point`.
     """
     return light, 1.0
 
 
 def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
-    """Return parallel light with the direction that a light has at a point, and the light's strength there."""
+    """Return the parallel light that replaces a light, and its strength.
+
+    Its direction and strength are those of the light that arrives at `point`.
+    """
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()
     if not (x or y or z):  # the light is at the point, so that there is no direction
@@ -180,13 +188,16 @@ def _(light: DirectionalLight, effect: str, point: Vector) -> tuple[Light, float
 
 @effects.register
 def _(light: Weakening) -> frozenset[str]:
-    """Return the effects `POSITION` and `ATTENUATION`; only `POSITION` if the attenuation is the constant 1."""
+    """Return the names of a point light's effects: position, and attenuation if it is not constant 1."""
     return frozenset({POSITION} if tuple(light.attenuation) == NONE else {POSITION, ATTENUATION})
 
 
 @reach.register
 def _(light: Weakening, extent: MeshBounds) -> LightBounds:
-    """Return the strength at the nearest possible vertex, and the cone of directions to its position."""
+    """Return the bounds of a light with attenuation.
+
+    The largest strength is that at the nearest possible vertex.
+    """
     seen = extent.sight(light.position)
     if seen is None:
         return LightBounds()
@@ -199,10 +210,10 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return the light without attenuation; None if there is no bound on the error.
+    """Return a light without attenuation that may replace a light; None if there is no bound on the error.
 
-    With `exactly`, None is returned for every attenuation that varies. Otherwise, None is returned if a vertex may be
-    at the light's position, where the error is unbounded.
+    With `exactly`, a light is returned only if its attenuation is constant. Without `exactly`, the attenuation may
+    vary, but no vertex may be at the light's position, because the error has no bound there.
     """
     constant, linear, quadratic = light.attenuation
 
@@ -221,7 +232,12 @@ def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approxim
 
 @simpler.register
 def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a point light without attenuation; or parallel light, for a light that has no attenuation."""
+    """Return the light that may replace a point light without the effect `effect`; None if there is none.
+
+    Without the attenuation, it is a point light of constant strength. Without the position, it is parallel light.
+    Parallel light replaces only a point light without attenuation that is far away, and never if the result must be
+    exact.
+    """
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
     if effect != POSITION or exactly or tuple(light.attenuation) != NONE:
@@ -236,9 +252,10 @@ def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> A
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return, without attenuation, the light with its strength at the point.
+    """Return a light with attenuation without the effect `effect`, and the factor of its strength.
 
-    Without position, return parallel light with the direction and the strength at the point.
+    Without the attenuation, it is the same light with the constant strength that it has at `point`. Without the
+    position, it is parallel light with the direction and the strength at `point`.
     """
     this: Any = light
     if effect == ATTENUATION:
@@ -261,15 +278,17 @@ def _(light: PhotometricLight, effect: str, point: Vector) -> tuple[Light, float
 
 @effects.register
 def _(light: SpotLight) -> frozenset[str]:
-    """Return the effects of a point light, and the cone."""
+    """Return the names of a spot light's effects: those of a point light, and the cone."""
     return effects.dispatch(Weakening)(light) | {CONE}
 
 
 @simpler.register
 def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return, without the cone, a point light if the mesh is inside the cone, or no light if it is outside.
+    """Return the light that may replace a spot light without the effect `effect`; None if there is none.
 
-    For the effect `ATTENUATION`, return the light without attenuation.
+    Without the attenuation, it is a spot light of constant strength. Without the cone, it is a point light if the mesh
+    is inside the cone. If the mesh is outside, the result says that the light does not reach the mesh. The position is
+    never removed.
     """
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
@@ -296,7 +315,11 @@ def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 
 @without.register
 def _(light: SpotLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return, without the cone, a point light; without another effect, the same as for a point light."""
+    """Return a spot light without the effect `effect`, and the factor of its strength.
+
+    Without the cone, it is a point light. Without attenuation, it is a spot light with the constant strength at
+    `point`. Without the position, it is parallel light with the direction and the strength at `point`.
+    """
     return (_without_cone(light), 1.0) if effect == CONE else without.dispatch(Weakening)(light, effect, point)
 
 
@@ -309,20 +332,20 @@ def _without_cone(light: SpotLight) -> PointLight:
 
 @reach.register
 def _(light: SphereLight, extent: MeshBounds) -> LightBounds:
-    """Return bounds that hold for all points of the light's surface."""
+    """Return the bounds of a sphere light. They hold for all points of its surface."""
     return _reach_within(light.places[0], light.radius, extent)
 
 
 @reach.register
 def _(light: Flat, extent: MeshBounds) -> LightBounds:
-    """Return bounds that hold for all points of the sphere that encloses the light."""
+    """Return the bounds of a flat area light. They hold for all points of the sphere that encloses it."""
     return _reach_within(light.center, light.reach_radius, extent)
 
 
 def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBounds:
-    """Return bounds for a light within a sphere.
+    """Return the bounds of a light that is inside a sphere.
 
-    The sphere's nearest point bounds the distance, and its outline the direction.
+    The sphere's nearest point bounds the distance of the light. The sphere's outline bounds its direction.
     """
     seen = extent.sight(center)
     if seen is None:
@@ -334,10 +357,10 @@ def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBou
 
 @simpler.register
 def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a point light at the sphere's centre.
+    """Return the point light at the centre that may replace a sphere light; None if the error has no bound.
 
-    The sphere's image is a uniform disk. Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the
-    disk's angular radius.
+    Only the effect "size" can be removed, and not if the result must be exact. The sphere's image is a uniform disk.
+    Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the disk's angular radius, and d the distance.
     """
     if exactly or effect != SIZE:
         return None
@@ -346,11 +369,14 @@ def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> 
 
 @simpler.register
 def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a spot light at the light's centre, or no light if the mesh is behind the light.
+    """Return the spot light at the centre that may replace a flat light; None if the error has no bound.
 
-    At height h above the light's plane, a part of the light has the strength h/d³. The mean over the light differs from
-    the value at its centre by at most half the largest second derivative, 12 h/d⁵, times the square of the light's
-    radius. With s the sine of the light's angular radius, this difference is 6 s²/(1 − s)⁵ times 1/d².
+    Only the effect "size" can be removed. With `exactly`, no spot light is returned. If the mesh is behind the light,
+    the result says that the light does not reach the mesh.
+
+    At height h above the light's plane and distance d, a part of the light has the strength h/d³. The mean over the
+    light differs from the value at its centre by at most half the largest second derivative, 12 h/d⁵, times the square
+    of the light's radius. With s the sine of the light's angular radius, this difference is 6 s²/(1 − s)⁵ times 1/d².
     """
     seen = extent.sight(light.center) if effect == SIZE else None
     if seen is None:
@@ -367,19 +393,20 @@ def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approxi
 
 
 def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: Any) -> Approximation | None:
-    """Return a light without a size that replaces a light within a sphere.
+    """Return a light without a size that replaces a light inside a sphere; None if the sphere is near or nothing is
+    known.
 
     Parameters
     ----------
-    seen : BoundingCone
-        Bounds on the directions to the light's centre.
+    seen : BoundingCone or None
+        Bounds on the directions to the sphere's centre.
     radius : float
         Radius of the sphere.
     light : Light
         The replacement, with intensity 1.
     spread : callable
-        Function of the sine of the sphere's angular radius. It returns the largest difference between the sum of the
-        parts' strengths and 1/d², the strength from the centre, in units of 1/d².
+        Function of the sine of the sphere's angular radius. It returns the largest difference between two strengths:
+        the sum over the light's parts, and 1/d², the strength from the centre. The difference is in units of 1/d².
     """
     nearest = 0.0 if seen is None else (seen.distance - seen.radius) / ROUNDED_UP
     if nearest <= 2.0 * radius:
@@ -392,13 +419,21 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return, without size, a point light at the light's centre; without position, parallel light."""
+    """Return a sphere light without the effect `effect`, and the factor of its strength.
+
+    Without the size, it is a point light at the centre. Without the position, it is parallel light with the direction
+    and the strength at `point`.
+    """
     return (light.nodes(1)[0], 1.0) if effect == SIZE else _parallel_at(light, point)
 
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return, without size, a spot light at the light's centre; without position, parallel light."""
+    """Return a flat area light without the effect `effect`, and the factor of its strength.
+
+    Without the size, it is a spot light at the centre. Without the position, it is parallel light with the direction
+    and the strength at `point`.
+    """
     if effect != SIZE:
         return _parallel_at(light, point)
     height = sum(n * (p - c) for n, p, c in zip(light.normal, point, light.center, strict=True))
@@ -406,10 +441,11 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
 
 
 def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation | None:
-    """Return at most `count` nodes that may replace the light's `NODES` nodes; None if there is no bound on the error.
+    """Return at most `count` nodes that may replace a light's `NODES` nodes; None if there is no bound on the error.
 
-    Nodes that are close together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per
-    unit of length. So does h/d³, the falloff of a flat light at height h above its plane (the field of a dipole).
+    A node is a small light at a point; the sum of the nodes replaces an area light. Nodes that are close together are
+    merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per unit of length. So does h/d³, the
+    falloff of a flat light at height h above its plane (the field of a dipole).
 
     Parameters
     ----------
@@ -447,7 +483,10 @@ def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation 
 
 
 def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
-    """Split positions into at most `count` groups, by halving them repeatedly along their longest axis."""
+    """Split `places`, positions of shape (n, 3), into at most `count` groups.
+
+    Groups are halved repeatedly along their longest axis.
+    """
     if count < 2 or len(places) < 2:
         return [places]
     order = np.argsort(places[:, int(np.argmax(np.ptp(places, axis=0)))], kind="stable")
@@ -459,12 +498,15 @@ def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
 
 @effects.register
 def _(light: EnvironmentLight) -> frozenset[str]:
-    """Return the effect `SKY`; or no effect if the light is the same from all directions."""
+    """Return the names of an environment light's effects: the sky, or none if light is the same from all directions."""
     return frozenset({SKY}) if light.bands > 1 else frozenset()
 
 
 @reach.register
 def _(light: EnvironmentLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
-    """Return a bound on the strength, without a direction. No lobe reflects more light than a factor of 1 would."""
+    """Return the bounds of an environment light: a bound on its strength, and no direction.
+
+    Lobes reflect no more of it than a factor of 1 would.
+    """
     strongest = max(1.0, _OVERSHOOT * float(light.panorama.total.max())) * ROUNDED_UP
     return LightBounds(strongest, None, 0.0)

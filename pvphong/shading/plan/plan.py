@@ -1,7 +1,8 @@
 """The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
-With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) for work that is worth loading it. The
-readable evaluator (`reference`) does the rest, and what the compiled evaluator declines.
+With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) if there is enough work to be worth
+loading it. The readable evaluator (`reference`) does the other work. It also lights the vertices that the compiled
+evaluator declines.
 """
 
 from __future__ import annotations
@@ -132,9 +133,10 @@ class Plan:
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """Return the plan for vertices and a whole equation: that of a scene, or one that was rewritten from it.
+        """Return the plan for vertices and `whole`, an equation before simplification.
 
-        `tolerance` is the largest colour error that is allowed.
+        `whole` is the equation of a scene, or an equation derived from it. `tolerance` is the largest colour error that
+        is allowed.
         """
         state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
@@ -164,7 +166,7 @@ class Plan:
     ) -> Shading:
         """Compute lit colours of the planned vertices, or of some of them.
 
-        The readable evaluator lights what the compiled evaluator declines.
+        The readable evaluator lights the vertices that the compiled evaluator declines.
 
         Parameters
         ----------
@@ -173,8 +175,8 @@ class Plan:
         precision, backend, components
             As for `pvphong.evaluate`.
         bounced : ndarray, optional
-            Shape (k, n, 3): bounced light if other meshes send it too; see `interreflection.bounced`. By default it is
-            computed from the vertices' own transport.
+            Shape (k, n, 3): bounced light, needed if other meshes send light too; see `interreflection.bounced`. By
+            default it is computed from the vertices' own transport.
         among : int, default 0
             Total number of vertices of a series of calls to which this call belongs; 0 for a single call. It decides
             whether `backend="auto"` uses compiled code.
@@ -182,8 +184,9 @@ class Plan:
         Raises
         ------
         ValueError
-            If an option has a value that `pvphong.evaluate` does not accept, or `backend` is "numba" and Numba is
-            missing; or if shadows need an unknown visibility, or bounces an unknown transport.
+            If an option has a value that `pvphong.evaluate` does not accept; if `backend` is "numba" and Numba is
+            missing; if shadows are needed and `vertices` has no visibility; or if bounces are needed and it has no
+            transport.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         components = check.flag("components", components)
@@ -227,7 +230,8 @@ class Plan:
     def run_for_display(self, vertices: Vertices, out: ByteArray, bounced: FloatArray | None = None) -> None:
         """Compute lit colours in float32 and write them as 0-255 into `out`, shape (n, 3), uint8.
 
-        `bounced`, shape (k, n, 3), is bounced light if other meshes send it too; by default it is computed.
+        `bounced`, shape (k, n, 3), is bounced light, needed if other meshes send light too. By default it is computed
+        from the vertices' own transport.
         """
         equation, least = self.equation, _WORTH_STARTING if kernel.has_run() else _WORTH_LOADING
         if not equation.bounces and len(out) * len(self.whole.terms) >= least:
@@ -297,7 +301,7 @@ class Plan:
 
     @property
     def _names(self) -> str:
-        """A sentence on how each name that the user passed is read, such as the name of an array; "" without names."""
+        """A sentence that says what each name passed by the user stands for, for example an array; "" without names."""
         listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
         return f"By name, {listed}." if listed else ""
 

@@ -36,9 +36,10 @@ class Decision:
     why : str
         Reason as text.
     bound : float
-        Largest absolute colour error from omitting the effect, for all lights or some; 0 if this is exact.
+        Largest absolute colour error from omitting the effect, for all lights or for some of them; 0 if the colours
+        stay exact.
     lights : int
-        Number of lights for which it runs, if it concerns lights.
+        Number of lights for which the effect runs, if it concerns lights.
     """
 
     on: bool
@@ -122,14 +123,18 @@ class PlanState:
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:
-        """Return the bound on the colour error of a simplification, with the errors of direct light times `gain`."""
+        """Return the bound on the colour error of a simplification, `note`.
+
+        A bound on direct light is multiplied by `gain`.
+        """
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
     @cached_property
     def allowance(self) -> float:
         """Error of direct light that the next approximation may add; 0 if no approximation is allowed.
 
-        It is a share of the tolerance, equal for all lights, or what remains of the tolerance if that is less.
+        Each light may use the same fraction of the tolerance. If less than this fraction remains of the tolerance, the
+        result is what remains.
         """
         if not self.tolerance:
             return 0.0
@@ -141,7 +146,9 @@ class PlanState:
         return replace(self, equation=equation, simplifications=(*self.simplifications, *simplifications))
 
     def why_without(self, effect: str) -> str:
-        """Return the reasons for omitting an effect so far, each with the lights that it concerns; "" without any."""
+        """Return the reasons for omitting an effect so far, each with the lights that it concerns; "" if there are
+        none.
+        """
         lights_by_reason = defaultdict[str, list[str]](list)
         for note in self.simplifications:
             if note.effect == effect:
