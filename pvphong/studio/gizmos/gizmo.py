@@ -16,7 +16,7 @@ from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overla
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable, luminance
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
 from pvphong.studio.gizmos.history import History
-from pvphong.studio.gizmos.view import STANDS_OFF, Scenery, View, vector
+from pvphong.studio.gizmos.view import STANDS_OFF, USUAL_DPI, Scenery, View, vector
 from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import RendererLight, WindowLights
 
@@ -210,7 +210,8 @@ class Gizmos:
         """The current view of the subplot."""
         width, height = self.renderer.GetSize()
         x, y = self.renderer.GetOrigin()
-        return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
+        scale = self.renderer.GetRenderWindow().GetDPI() / USUAL_DPI
+        return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y), scale)
 
     @property
     def scenery(self) -> Scenery:
@@ -272,6 +273,7 @@ class Gizmos:
         help_text : str
             List of keys, shown while the help is on.
         """
+        self.overlay.scale, view = view.scale, view.in_usual_pixels
         drawing, soloed = Drawing(view), self.soloed
 
         def mark(gizmo: Gizmo) -> str:
@@ -299,6 +301,6 @@ class Gizmos:
             parts = [f"{light.name}: {kind}" if light.name else kind, f"intensity {light.intensity:.3g}"]
             lines[1] = ", ".join([*parts, f"luminance {bright:.3g}", *filter(None, [mark(chosen)])])
         self.overlay.status("\n".join(filter(None, lines)) if has_room else "", view.size)
-        x, y = self.cursor
+        x, y = (each / self.overlay.scale for each in self.cursor)
         self.overlay.readout(readout, (x - view.origin[0], y - view.origin[1]), view.size)
         self.overlay.attach(self.renderer)

@@ -8,7 +8,8 @@ Read in this order:
    `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
    undo history for panels and gizmos.
 4. `inputs` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
-5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
+5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads. `sharing`: one view for
+   browsers of different sizes.
 6. `downloads`: the files to download, and the Python script that reproduces them.
 7. `report`: the accuracy report, measured in a separate process.
 8. `framing`: the camera's angle in a narrow view. `thumbnails`: spheres that show materials and reflectances.

@@ -12,7 +12,6 @@ from typing import Any
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
-from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.scene.presets import setups
 from pvphong.studio.web.inputs import (
@@ -30,6 +29,7 @@ from pvphong.studio.web.inputs import (
     typed,
     typed_number,
 )
+from pvphong.studio.web.sharing import shared_view
 
 _WIDTH, _NARROW = 400, 860
 """Width of the panels, and largest width of a window in which the panels are closed at first, in pixels."""
@@ -204,7 +204,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 ],
             ),
         ):
-            view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
+            view = shared_view(plotter)
             _start()
             with html.Div(classes="studio-awaited"):
                 _awaited("gathering", "computing bounced light", "cancel_bounces")

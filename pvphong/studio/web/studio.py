@@ -40,6 +40,7 @@ from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
+from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, upload
 from pvphong.studio.web.document import Document
@@ -125,7 +126,7 @@ class Studio:
         self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
-        self._samples = plotter.render_window.GetMultiSamples()
+        self._samples, self._dpi = plotter.render_window.GetMultiSamples(), plotter.render_window.GetDPI()
         plotter.render_window.SetMultiSamples(0)  # on a CPU, a frame with four samples takes five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
@@ -511,11 +512,15 @@ class Studio:
             self._plotter.iren.interactor.InvokeEvent("LeftButtonReleaseEvent")
             self._done("The connection was lost during a drag. The light is back at its old position.")
 
+    def _scale(self, ratio: float) -> None:
+        """Draw gizmos and texts for a screen with so many device pixels per CSS pixel."""
+        self._plotter.render_window.SetDPI(round(USUAL_DPI * ratio))
+
     # -- the server
 
     def _bind(self, server: Any) -> None:
         """Configure the web server before it listens."""
-        messages = Messages(self.server.protocol, server, self._triggers, self._left)
+        messages = Messages(self.server.protocol, server, self._triggers, self._left, self._scale)
 
         @web.middleware
         async def to_messages(request: web.Request, handler: Any) -> web.StreamResponse:
@@ -597,6 +602,7 @@ class Studio:
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)
+            self._plotter.render_window.SetDPI(self._dpi)
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()
