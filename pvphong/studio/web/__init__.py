@@ -7,7 +7,7 @@ Read in this order:
 3. `opening`: the file that is shown, and lights that fit it when another is opened.
    `new_light`: the place and the intensity of a new light. `document`: the editable values, named by keys, with one
    undo history for panels and gizmos.
-4. `inputs` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
+4. `inputs`, `panels` and `page`: Vuetify's components around the view. `messages`: errors in the words of the page.
 5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads. `sharing`: one view for
    browsers of different sizes.
 6. `downloads`: the files to download, and the Python script that reproduces them.
@@ -20,7 +20,7 @@ An edit goes from `inputs` through `access` and `studio` to `document`. `documen
 `document` then sets the value in `window_lights`, in `lit_mesh`, in `plotter.phong`, in `mix`, or in itself. Finally,
 `studio` requests a frame, before which `lit_actors` updates the lit meshes.
 
-Only `inputs`, `page`, `access`, `studio` and `serving` depend on a server.
+Only `inputs`, `panels`, `page`, `access`, `studio` and `serving` depend on a server.
 """
 
 from __future__ import annotations

@@ -1,34 +1,26 @@
 """The page: Vuetify's components around the view, filled with the document's values.
 
-Each panel is a function, in the order of the page. The inputs in panels are in `inputs.py`.
+Each panel is a function of `panels`. The inputs in panels are in `inputs.py`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
 
-from pvphong.scene.presets import setups
-from pvphong.studio.web.inputs import (
-    DEFAULTS,
-    FINE,
-    SIX_DIGITS,
-    color_picker,
-    color_text,
-    file_input,
-    form,
-    found_by,
-    icon_button,
-    number_input,
-    switch,
-    typed,
-    typed_number,
-)
+from pvphong.studio.web.inputs import DEFAULTS, FINE, form, found_by, icon_button
+from pvphong.studio.web.panels.accuracy import accuracy, plan
+from pvphong.studio.web.panels.files import files
+from pvphong.studio.web.panels.lights import lights
+from pvphong.studio.web.panels.material import materials
+from pvphong.studio.web.panels.mix import mix
+from pvphong.studio.web.panels.over_view import awaited, start
+from pvphong.studio.web.panels.panel import panel
+from pvphong.studio.web.panels.picture import picture
 from pvphong.studio.web.sharing import shared_view
 
 _WIDTH, _NARROW = 400, 860
@@ -125,14 +117,6 @@ _JUMP = (
 
 _TEXT = ':data-alt="view_text"'
 
-_SHOW_SELECTED = (
-    "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
-    "?.scrollIntoView({ block: 'nearest' }), 200)"
-)
-"""JavaScript that scrolls to the row of the selected light, after a moment, when the row exists."""
-
-_SOLO_ICON = "{0} ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'"
-
 
 def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     """Build the page and return its view.
@@ -184,15 +168,15 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             with v.VExpansionPanels(
                 v_model=("open_panels",), multiple=True, variant="accordion", flat=True, classes="studio-panels"
             ):
-                _lights(kinds)
-                _mix()
-                _materials()
-                _picture()
-                with _panel("Scene"):
+                lights(kinds)
+                mix()
+                materials()
+                picture()
+                with panel("Scene"):
                     form("model")
-                _plan()
-                _accuracy()
-                _files()
+                plan()
+                accuracy()
+                files()
         with (
             v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
@@ -205,467 +189,14 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             ),
         ):
             view = shared_view(plotter)
-            _start()
+            start()
             with html.Div(classes="studio-awaited"):
-                _awaited("gathering", "computing bounced light", "cancel_bounces")
-                _awaited(
+                awaited("gathering", "computing bounced light", "cancel_bounces")
+                awaited(
                     "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
                 )
         _notice()
     return view
-
-
-# --- parts
-
-
-@contextmanager
-def _panel(title: str, note: str = "") -> Iterator[None]:
-    with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
-        with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title):
-            if note:
-                html.Span(note, classes="studio-unit ml-2")
-        with v.VExpansionPanelText():
-            yield
-
-
-def _lights(kinds: Mapping[str, str]) -> None:
-    with _panel("Lights"):
-        with html.Div(classes="studio-buttons", **found_by("", "Add a light")):
-            for kind, what in kinds.items():
-                add = f"trigger('add', ['{kind}']).then(() => {_SHOW_SELECTED})"
-                v.VBtn(f"+ {kind}", click=add, title=what, **found_by(f"add-{kind}", f"Add a light: {kind}"))
-        with v.VMenu():
-            with v.Template(v_slot_activator="{ props }"):
-                v.VBtn(
-                    "set-ups",
-                    v_bind="props",
-                    prepend_icon="mdi-lightbulb-group-outline",
-                    classes="mt-2",
-                    disabled=("!has_mesh",),
-                    title="Replace all lights by a set-up",
-                    **found_by("setups", "Set-ups of lights"),
-                )
-            with v.VList(density="compact"):
-                for name in setups:
-                    test = found_by(f"setup-{name.replace(' ', '-')}", f"Set-up: {name}")
-                    item = v.VListItem(name, click=f"trigger('set_up', ['{name}'])", **test)
-                    with item, v.Template(v_slot_prepend=True):
-                        html.Img(src=f"thumbnail/setup/{name}", width=40, height=40, classes="mr-3", alt="")
-        with v.VCard(
-            v_for="light in lights",
-            key=("light.number",),
-            variant="outlined",
-            classes=("'studio-light mt-3 pa-2' + (light.selected ? ' studio-selected' : '')",),
-            click="light.selected || trigger('select', [light.number])",
-            ripple=False,
-            **found_by("light-row", ("'Light ' + light.called",)),
-        ):
-            with html.Div(classes="studio-head"):
-                _light_head()
-            number_input("light.intensity", "intensity")
-            with html.Div(v_if="light.selected"):
-                v.VTextField(
-                    key=("light.number + 'temperature' + light.diffuse.hex + refusals",),
-                    label="colour temperature, K",
-                    hint="2700 is warm, 6500 white, 10000 blue",
-                    inputmode="decimal",
-                    classes="mt-3",
-                    change="trigger('set_temperature', [light.number, $event.target.value])",
-                    **found_by("temperature"),
-                )
-                form("light.fields")
-
-
-def _light_head() -> None:
-    """Add a light's colour and name, its buttons "on" and "solo", and a menu with more actions."""
-    with html.Div(classes="studio-numbers", **found_by("colour")):
-        color_picker("light.diffuse")
-        color_text("light.diffuse")
-    v.VTextField(
-        model_value=("light.name.value",),
-        key=("light.name.key + refusals",),
-        label=("light.kind",),
-        placeholder="no name",
-        classes="studio-name",
-        change="trigger('edit', [light.name.key, $event.target.value])",
-        **found_by("light-name", ("'Name of the light, ' + light.kind",)),
-    )
-    icon_button(
-        ("light.on.value ? 'mdi-lightbulb-on-outline' : 'mdi-lightbulb-off-outline'",),
-        "light-on",
-        "Switch the light on or off",
-        "trigger('edit', [light.on.key, !light.on.value])",
-    )
-    icon_button(
-        (_SOLO_ICON.format("light.soloed"),),
-        "light-solo",
-        "Solo: this light only, or all",
-        "trigger('act', ['solo', light.number])",
-    )
-    with v.VMenu():
-        with v.Template(v_slot_activator="{ props }"):
-            v.VBtn(
-                icon="mdi-dots-vertical",
-                size="x-small",
-                variant="text",
-                v_bind="props",
-                title="Duplicate, move to camera, reset, delete",
-                **found_by("light-menu", "More actions for the light"),
-            )
-        with v.VList(density="compact"):
-            for what, icon in (
-                ("duplicate", "mdi-content-copy"),
-                ("to camera", "mdi-camera-outline"),
-                ("reset", "mdi-restore"),
-                ("delete", "mdi-delete-outline"),
-            ):
-                v.VListItem(
-                    title=what.capitalize(),
-                    prepend_icon=icon,
-                    click=f"trigger('act', ['{what}', light.number])",
-                    **found_by(f"light-{what.replace(' ', '-')}"),
-                )
-
-
-def _mix() -> None:
-    with _panel("Mix", "instant faders for the lights"):
-        with html.Div(classes="studio-row mt-0"):
-            switch("mix", "mixing", "mix the lights", "trigger('start_mix', [$event])")
-            v.VSpacer()
-            v.VBtn(
-                "Apply to lights",
-                v_if="mixing",
-                click="trigger('keep_mix')",
-                title="Write the mix into the lights' intensities and colours",
-                **found_by("keep-mix"),
-            )
-        with html.Div(v_if="mixing"):
-            with (
-                html.Div(
-                    v_for="light in lights",
-                    key=("light.number",),
-                    classes="mt-2",
-                    **found_by("fader", ("'Fader of ' + light.called",)),
-                ),
-                v.Template(v_if="light.fader.length"),
-            ):
-                with html.Div(classes="studio-head"):
-                    color_picker("light.fader[1]")
-                    html.Span("{{ light.called }}", classes="studio-label ml-1")
-                    v.VSpacer()
-                    icon_button(
-                        ("light.fader[2].value ? 'mdi-volume-off' : 'mdi-volume-high'",),
-                        "fader-mute",
-                        "Mute this light",
-                        "trigger('edit', [light.fader[2].key, !light.fader[2].value])",
-                    )
-                    icon_button(
-                        (_SOLO_ICON.format("light.fader_soloed"),),
-                        "fader-solo",
-                        "Solo: this light only, or all",
-                        "trigger('solo_fader', [light.number])",
-                    )
-                number_input("light.fader[0]", "fader-gain")
-            html.Div(
-                "Lighting computed {{ evaluations }} times since the start. The last mix took {{ mix_ms }} ms.",
-                classes="studio-unit mt-2",
-                **found_by("evaluations"),
-            )
-
-
-def _materials() -> None:
-    with _panel("Material"):
-        html.Div("No mesh is open.", v_if="!has_mesh", classes="studio-unit")
-        with html.Div(v_for="material in materials", key=("material.number",)):
-            _material()
-        with html.Div(v_if="has_mesh", classes="mt-2"):
-            number_input("surfaces[0]", "feature-angle", "sharp edges, °")
-
-
-def _material() -> None:
-    html.Div("{{ material.name }}", v_if="materials.length > 1", classes="text-subtitle-2 mt-3")
-    with v.VAutocomplete(
-        model_value=("material.preset || null",),
-        items=("material_names",),
-        label="preset",
-        placeholder="custom",
-        persistent_placeholder=True,
-        classes="mt-2",
-        update_modelValue="$event && trigger('choose_material', [material.number, $event])",
-        **found_by("material", "Named materials"),
-    ):
-        _balls("material")
-    with v.VSelect(
-        model_value=("material.reflectance",),
-        items=("reflectance_names.map((name) => ({ value: name, title: name || 'as set in Scene' }))",),
-        label="reflectance",
-        classes="mt-3",
-        update_modelValue="trigger('choose_reflectance', [material.number, $event])",
-        **found_by("reflectance", "Reflectance"),
-    ):
-        _balls("reflectance")
-    form("material.reflectance_fields")
-    form("material.fields")
-    _colormap()
-    with html.Div(v_if="material.textured.length", classes="studio-row mt-2"):
-        chosen = "(local['texture ' + material.number] ?? 'albedo')"
-        v.VSelect(
-            model_value=(chosen,),
-            items=("material.textured",),
-            label="texture of",
-            classes="mt-2",
-            update_modelValue="local['texture ' + material.number] = $event; flushState('local')",
-            **found_by("texture-of", "Field that gets the texture"),
-        )
-        more = f" + '&material=' + material.number + '&field=' + {chosen}"
-        file_input("texture", "image", more=more)
-
-
-def _colormap() -> None:
-    """Add inputs that choose an array for the albedo, its colormap and its range."""
-    shown = "material.colormap"
-    given = f"{shown}.scalars, {shown}.cmap"
-    with html.Div(v_if=f"{shown}.arrays.length", classes="mt-2"):
-        v.VSelect(
-            model_value=(f"{shown}.scalars || null",),
-            items=(f"{shown}.arrays",),
-            label="colour by",
-            placeholder="none",
-            persistent_placeholder=True,
-            clearable=True,
-            classes="mt-2",
-            update_modelValue="trigger('set_colormap', [material.number, $event])",
-            **found_by("colour-by", "Array that colours the mesh, as albedo"),
-        )
-        with html.Div(v_if=f"{shown}.scalars"):
-            v.VAutocomplete(
-                model_value=(f"{shown}.cmap || null",),
-                items=("colormap_names",),
-                label="colormap",
-                placeholder="custom",
-                persistent_placeholder=True,
-                classes="mt-3",
-                update_modelValue=f"$event && trigger('set_colormap', [material.number, {shown}.scalars, $event])",
-                **found_by("colormap", "Colormap"),
-            )
-            html.Div(style=(f"'height: 14px; border-radius: 3px; background: ' + {shown}.gradient",), classes="mt-2")
-            with html.Div(classes="studio-numbers mt-2"):
-                for end, ends in (
-                    ("low", f"$event.target.value, {shown}.high"),
-                    ("high", f"{shown}.low, $event.target.value"),
-                ):
-                    v.VTextField(
-                        key=(f"'{end}' + material.number + refusals",),
-                        model_value=(SIX_DIGITS.format(f"{shown}.{end}"),),
-                        label=end,
-                        inputmode="decimal",
-                        change=f"trigger('set_colormap', [material.number, {given}, {ends}])",
-                        **found_by(f"colormap-{end}"),
-                    )
-                v.VBtn(
-                    "whole range",
-                    variant="text",
-                    click=f"trigger('set_colormap', [material.number, {given}])",
-                    title="Use the smallest and largest value of the array",
-                    **found_by("colormap-range"),
-                )
-
-
-def _balls(kind: str) -> None:
-    """Add thumbnails to the entries of a list."""
-    with v.Template(v_slot_item="{ props, item }"), v.VListItem(v_bind="props"), v.Template(v_slot_prepend=True):
-        html.Img(
-            v_if="item.value",
-            src=(f"'thumbnail/{kind}/' + item.value",),
-            width=32,
-            height=32,
-            classes="mr-3",
-            alt="",
-            loading="lazy",
-        )
-
-
-def _picture() -> None:
-    """Add inputs for exposure, tone curve and overlay. Downloaded meshes do not depend on them."""
-    with _panel("Picture", "exposure and tone curve"):
-        number_input("display.exposure", "exposure")
-        v.VSelect(
-            model_value=("display.tone.value",),
-            items=("display.tone.choices",),
-            label="tone curve",
-            classes="mt-3",
-            update_modelValue="trigger('edit', ['display.tone', $event])",
-            title=("display.tone.help",),
-            **found_by("tone", "Tone curve"),
-        )
-        for overlay, label in (("clipping", "mark clipped colours"), ("false color", "luminance in false colours")):
-            is_on = f"display.overlay.value == '{overlay}'"
-            edit = f"trigger('edit', ['display.overlay', $event ? '{overlay}' : 'none'])"
-            switch(overlay.replace(" ", "-"), is_on, label, edit)
-
-
-def _plan() -> None:
-    with _panel("Plan", "effects that run, and their cost"):
-        number_input("accuracy.tolerance", "tolerance")
-        html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
-        with v.VTable(density="compact", classes="studio-plan mt-1", v_for="mesh in plan.meshes", key=("mesh.name",)):
-            html.Caption("{{ mesh.name }}", v_if="plan.meshes.length > 1")
-            with html.Thead(), html.Tr():
-                for heading in ("effect", "run", "why", "bound", "ns"):
-                    html.Th(heading, raw_attrs=['scope="col"'])
-            with html.Tbody(), html.Tr(v_for="row in mesh.rows", key=("row[0]",), **found_by("plan-row")):
-                is_on = "k == 1 && cell == 'on'"
-                is_marked = f"{is_on} ? 'text-primary font-weight-bold' : ''"
-                html.Td("{{ cell }}", v_for="(cell, k) in row", key=("k",), classes=(is_marked,))
-        html.Div(
-            "bound: largest colour error, where 1 is full intensity; ns: nanoseconds per vertex on one core, compiled.",
-            classes="studio-unit mt-1",
-        )
-
-
-def _accuracy() -> None:
-    with _panel("Accuracy", "and its cost in time"):
-        with html.Div(classes="studio-row mt-0", title=("accuracy.refine.help",)):
-            refine = "trigger('edit', ['accuracy.refine', $event ? 1 / 255 : null])"
-            switch("refine", "accuracy.refine.set", "refine the view", refine)
-            html.Span("{{ refined }}", classes="studio-unit", **found_by("refined", status=True))
-        with html.Div(v_if="accuracy.refine.set"):
-            number_input("accuracy.refine", "refine-tolerance", "largest error")
-        html.H3("Report", classes="text-caption mt-3")
-        with html.Div(classes="studio-row"):
-            typed_number("seconds", "s", label="time", classes="studio-number", found="report-seconds")
-            v.VBtn(
-                "Measure",
-                v_if="!report.running",
-                disabled=("!has_mesh",),
-                click=f"trigger('report', [{typed('seconds')}])",
-                **found_by("report", "Measure accuracy against time"),
-            )
-            v.VBtn("Cancel", v_if="report.running", click="trigger('cancel_report')", **found_by("cancel-report"))
-        html.Div("{{ report.doing }}", v_if="report.doing", classes="text-caption mt-2", **found_by("report-doing"))
-        v.VProgressLinear(
-            v_if="report.running",
-            model_value=("100 * report.part",),
-            indeterminate=("!report.part",),
-            height=6,
-            **found_by("", "Progress of the report"),
-        )
-        html.Div(
-            "{{ line }}",
-            v_for="line in report.lines",
-            key=("line",),
-            classes="text-body-2 mt-2",
-            **found_by("report-line"),
-        )
-        with html.Div(v_if="report.worst.length"):
-            mark = "mark the worst vertices in the view"
-            switch("mark-worst", "marked", mark, "trigger('mark_worst', [$event])")
-            html.Div(
-                "Colour error, where 1 is full intensity: "
-                "{{ report.worst.map(([index, error]) => `vertex ${index}: ${error.toPrecision(2)}`).join(', ') }}",
-                classes="studio-unit",
-            )
-        with html.A(v_if="report.figure", href=("report.figure",), target="_blank", title="Open in full size"):
-            html.Img(
-                src=("report.figure",),
-                style="width: 100%",
-                classes="mt-2",
-                alt="Error against time",
-                **found_by("report-figure"),
-            )
-
-
-def _files() -> None:
-    with _panel("Files"):
-        html.H3("Save", classes="text-caption")
-        with html.Div(classes="studio-buttons mt-1"):
-            single = "mesh_count < 2"
-            _take("rig", "rig", "Lights, viewer, light model and materials as .json, for pvphong --scene")
-            _take("vtp", "mesh .vtp", "The lit mesh, with float colours", v_if=single)
-            _take("ply", "mesh .ply", "The lit mesh, with 8-bit colours", v_if=single)
-            _take("vtkhdf", "blocks .vtkhdf", "The lit meshes as blocks, with float colours", v_if="mesh_count > 1")
-            _take("glb", "glTF", "The lit mesh with its colours as .glb, for other programs")
-            _take("py", "Python", "The script below, as a file")
-        with html.Div(classes="studio-row", style="flex-wrap: wrap"):
-            for side in ("width", "height"):
-                typed_number(side, "px", classes="studio-size", found=f"picture-{side}")
-            width, height = (f"encodeURIComponent({typed(side)})" for side in ("width", "height"))
-            size = f"?width=' + {width} + '&height=' + {height} + '"
-            _take("png", "picture .png", "The view without gizmos and refinement, in this size", size)
-        html.H3("Python script that reproduces the colours exactly", classes="text-caption mt-3")
-        v.VTextarea(
-            model_value=("script",),
-            readonly=True,
-            rows=8,
-            no_resize=True,
-            classes="studio-code mt-1",
-            **found_by("script", "Python script that lights the mesh as shown"),
-        )
-        v.VBtn(
-            "Copy",
-            prepend_icon="mdi-content-copy",
-            classes="mt-1",
-            click="utils.get('navigator').clipboard.writeText(script)",
-            **found_by("copy-script"),
-        )
-        html.H3("Open another mesh or a rig", classes="text-caption mt-4")
-        html.Div(
-            "Another mesh keeps the lights: they are moved and scaled to fit it. Undo shows the mesh before it.",
-            classes="studio-unit",
-        )
-        _open("mesh")
-        file_input("rig", "rig: .json", accept=".json")
-        only, more = "rig, materials only: .json", " + '&part=material'"
-        file_input("rig", only, name="material", more=more, accept=".json")
-
-
-def _take(what: str, label: str, tip: str, query: str = "", **more: Any) -> None:
-    v.VBtn(
-        label,
-        href=(f"'take/{what}{query}'",),
-        prepend_icon="mdi-download",
-        disabled=("!has_mesh",),
-        title=tip,
-        __properties=["download"],
-        download=True,
-        **found_by(f"download-{what}", f"Download: {label}"),
-        **more,
-    )
-
-
-def _open(name: str) -> None:
-    """Add buttons for the examples, and a file input for a mesh."""
-    with html.Div(classes="studio-buttons mt-1"):
-        v.VBtn(
-            "{{ name }}",
-            v_for="name in example_names",
-            key=("name",),
-            click="trigger('open_example', [name])",
-            raw_attrs=[":data-test=\"'example-' + name\"", ":aria-label=\"'Open the example ' + name\""],
-        )
-    file_input("mesh", "mesh: .stl .ply .obj .vtp .vtu .vtk .glb …", name=name)
-
-
-def _awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on: str = "") -> None:
-    """Add a progress card over the view for a background computation.
-
-    The state variable `name` is its percentage, or null if nothing is computed. `paused` is the state variable for
-    whether it has paused, and `go_on` the trigger that continues it.
-    """
-    with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
-        with html.Div(classes="studio-row mt-0"):
-            html.Span(f"{{{{ {paused} ? 'paused' : '{doing}' }}}}", classes="text-body-2", **found_by("", status=True))
-            html.Span(f"{{{{ {name} }}}} %", classes="text-body-2", **found_by(f"{name}-percent"))
-            v.VSpacer()
-            if go_on:
-                more = found_by(go_on.replace("_", "-"), f"Go on: {doing}")
-                v.VBtn("Go on", v_if=paused, click=f"trigger('{go_on}')", **more)
-            name_of_button = cancel.replace("_", "-")
-            v.VBtn(
-                "Cancel", variant="text", click=f"trigger('{cancel}')", **found_by(name_of_button, f"Cancel: {doing}")
-            )
-        how_much = found_by("", f"Progress: {doing}")
-        v.VProgressLinear(model_value=(name,), indeterminate=(f"!{name}",), height=4, **how_much)
 
 
 def _notice() -> None:
@@ -690,11 +221,3 @@ def _notice() -> None:
                 click=calls,
                 **found_by("remedy"),
             )
-
-
-def _start() -> None:
-    """Add the card that the view shows while there is no mesh."""
-    with v.VCard(v_if="!has_mesh", classes="studio-start pa-4", max_width=420, **found_by("start")):
-        html.H2("Light a mesh", classes="text-h6")
-        html.Div("Choose an example or open a file. The studio adds lights to it.", classes="text-body-2 mb-2")
-        _open("first-mesh")
