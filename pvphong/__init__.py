@@ -71,6 +71,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.studies.diagnose.diagnosis import diagnose as diagnose
     from pvphong.studies.validate.validation import Comparison as Comparison
     from pvphong.studies.validate.validation import validate as validate
+    from pvphong.studio.histogram import Histogram as Histogram
     from pvphong.vtk.lights import as_light as as_light
     from pvphong.vtk.lights import light_kit as light_kit
     from pvphong.vtk.oracle import vtk_shade as vtk_shade
@@ -117,6 +118,7 @@ _PLACES = {
     "studies.accuracy.report": "Tradeoff",
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.validation": "Comparison validate",
+    "studio.histogram": "Histogram",
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }

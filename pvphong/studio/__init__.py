@@ -6,6 +6,7 @@
   in which both are computed.
 - `gizmos`: handles in the window that place lights by hand.
 - `subplot`: one renderer with all of these.
+- `readings`: the subplots of a plotter, and measurements of what they show. `histogram`: of the displayed luminance.
 - `live`: objects with which scripts change lights and materials.
 - `outputs`: pictures and exports of a plotter.
 - `keywords`: the keywords of PyVista's `add_mesh`.

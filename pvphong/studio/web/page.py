@@ -15,6 +15,7 @@ from trame.widgets import vuetify3 as v
 from pvphong.studio.web.inputs import DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels.accuracy import accuracy, plan
 from pvphong.studio.web.panels.files import files
+from pvphong.studio.web.panels.histogram import STYLE as HISTOGRAM_STYLE
 from pvphong.studio.web.panels.lights import lights
 from pvphong.studio.web.panels.material import materials
 from pvphong.studio.web.panels.mix import mix
@@ -138,7 +139,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE)
         client.Script(_KEYS + _STEPS + FINE + _ALT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():

@@ -47,6 +47,7 @@ from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.framing import Framing
+from pvphong.studio.web.live_histogram import LiveHistogram
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
@@ -134,10 +135,12 @@ class Studio:
         self._measuring = Measuring(self._measured)
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
+        self._histogram = LiveHistogram(subplot)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first = {"plan": {"accuracy": "", "meshes": []}, "script": "", "report": vars(Report()) | {"figure": ""}}
+        at_first["histogram"] = {"path": "", "low": "", "high": ""}
         self.server.state.update(names | at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
@@ -149,7 +152,7 @@ class Studio:
         studio = weakref.ref(self)
 
         def drawn(_renderer: Any, _event: str) -> None:
-            if (alive := studio()) is not None:
+            if (alive := studio()) is not None and not alive._histogram.is_counting:
                 alive.show()
 
         self._tag = subplot.renderer.AddObserver("EndEvent", drawn)
@@ -286,6 +289,17 @@ class Studio:
         if self._ask not in self._due:
             self._ask()
         self._later(_PLAN_AFTER, self._show_plan)
+        if self._count not in self._due:
+            self._later(self._histogram.wait, self._count)
+
+    def _count(self) -> None:
+        """Show the histogram of the picture if it has changed."""
+        found, is_awaiting = self._histogram.count(), self._subplot.lit.is_awaiting
+        if found is not None:
+            with self.server.state as state:
+                state.histogram = found
+            if is_awaiting:  # the counted frame may have taken a background result, and no client has it
+                self.draw()
 
     def _ask(self) -> None:
         """Poll for background results and draw them. Repeat this while results are awaited."""
