@@ -72,6 +72,7 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.studies.validate.validation import Comparison as Comparison
     from pvphong.studies.validate.validation import validate as validate
     from pvphong.studio.histogram import Histogram as Histogram
+    from pvphong.studio.probing import Probe as Probe
     from pvphong.vtk.lights import as_light as as_light
     from pvphong.vtk.lights import light_kit as light_kit
     from pvphong.vtk.oracle import vtk_shade as vtk_shade
@@ -119,6 +120,7 @@ _PLACES = {
     "studies.diagnose.diagnosis": "Diagnosis diagnose",
     "studies.validate.validation": "Comparison validate",
     "studio.histogram": "Histogram",
+    "studio.probing": "Probe",
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }

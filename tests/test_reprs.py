@@ -46,6 +46,7 @@ BY_THEMSELVES = {
     "truth": lambda: MESH.phong.truth(SCENE, max_bounces=0),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "histogram": lambda: histogram_of(np.full((5, 3), 255, np.uint8)),
+    "probe": lambda: ph.Probe("ball", 3, (0.0, 0.0, 1.0), *[(0.1, 0.2, 0.3)] * 2, {}, (0.0, 0.0, 0.0)),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
 """Objects that hold arrays, or refer to others: their representations are short."""

@@ -7,6 +7,7 @@
 - `gizmos`: handles in the window that place lights by hand.
 - `subplot`: one renderer with all of these.
 - `readings`: the subplots of a plotter, and measurements of what they show. `histogram`: of the displayed luminance.
+  `probing`: each light's share of a vertex.
 - `live`: objects with which scripts change lights and materials.
 - `outputs`: pictures and exports of a plotter.
 - `keywords`: the keywords of PyVista's `add_mesh`.

@@ -162,6 +162,8 @@ class Gizmos:
         self.hovered: tuple[Gizmo, str] | None = None
         """The gizmo under the cursor and the name of its handle."""
         self.is_hidden, self.shows_help, self.notice = False, False, ""
+        self.more: list[Callable[[Drawing], None]] = []
+        """Functions that add marks to each drawing; they are hidden together with the gizmos in pictures."""
         self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
         """The lights' values when they got a gizmo; kept for lights that are deleted and restored."""
         self._only = None if only is None else list(only)
@@ -292,6 +294,8 @@ class Gizmos:
                     drawing.handle(point, hovered=name == handle)
             if highlight is not None:
                 drawing.ring(np.array(highlight), hovered=handle == HIGHLIGHT)
+        for add in self.more:
+            add(drawing)
         self.overlay.put(drawing)
         has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]

@@ -22,6 +22,8 @@ from pvphong.studio.web.panels.mix import mix
 from pvphong.studio.web.panels.over_view import awaited, start
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.panels.picture import picture
+from pvphong.studio.web.panels.probe import STYLE as PROBE_STYLE
+from pvphong.studio.web.panels.probe import probe
 from pvphong.studio.web.sharing import shared_view
 
 _WIDTH, _NARROW = 400, 860
@@ -109,7 +111,7 @@ _ALT = """
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "picture", "scene", "plan", "accuracy", "files")
+_PANELS = ("lights", "mix", "material", "picture", "probe", "scene", "plan", "accuracy", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -139,7 +141,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE + HISTOGRAM_STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE)
         client.Script(_KEYS + _STEPS + FINE + _ALT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
@@ -173,6 +175,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 mix()
                 materials()
                 picture()
+                probe()
                 with panel("Scene"):
                     form("model")
                 plan()

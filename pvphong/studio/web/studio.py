@@ -48,6 +48,7 @@ from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.live_histogram import LiveHistogram
+from pvphong.studio.web.live_probe import LiveProbe
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
@@ -136,6 +137,7 @@ class Studio:
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self._histogram = LiveHistogram(subplot)
+        self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
@@ -175,6 +177,8 @@ class Studio:
             "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # each trigger ends with a frame
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
+            "probe": self._probe.switch,
+            "unpin": self._probe.unpin,
         }
 
     def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
@@ -251,7 +255,8 @@ class Studio:
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
-        return shown | self._awaited() | of_meshes | {"view_text": f"{title}; lit by {lit_by}"}
+        of_meshes |= {"view_text": f"{title}; lit by {lit_by}", "probe": self._probe.shown()}
+        return shown | self._awaited() | of_meshes
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
@@ -613,6 +618,7 @@ class Studio:
             due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
         self._framing.release()
+        self._probe.release()
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)

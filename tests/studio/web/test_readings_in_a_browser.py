@@ -25,3 +25,55 @@ def test_the_histogram_follows_the_exposure(page):
     shown = page.all("histogram")[0].find_element("css selector", "svg")
     assert shown.get_attribute("aria-label").startswith("Histogram of luminance: ")
     assert shown.rect["height"] == pytest.approx(72)
+
+
+def point_at(page, right, up, *, click=False):
+    """Move the pointer to a place in the view, in pixels from its centre, in two steps; press and release there."""
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+
+    view = page.all("view")[0].rect
+    actions = ActionBuilder(page.driver, duration=30)
+    mouse = actions.pointer_action
+    at = round(view["x"] + view["width"] / 2 + right), round(view["y"] + view["height"] / 2 - up)
+    mouse.move_to_location(at[0] + 2, at[1])
+    mouse.pause(0.2)
+    mouse.move_to_location(*at)
+    mouse.pause(0.2)
+    if click:
+        mouse.pointer_down()
+        mouse.pause(0.1)
+        mouse.pointer_up()
+    actions.perform()
+
+
+def test_the_probe_reads_under_the_cursor_and_pins_follow_edits(page):
+    page.click("probe")
+    page.until(lambda: page.state("probe")["on"])
+    point_at(page, -30, -40)
+    under = page.until(lambda: page.state("probe")["under"])
+    assert [bar["name"] for bar in under["bars"]] == ["ambient", "key", "fill", "rim"]
+    assert sum(int(bar["share"].removesuffix("%")) for bar in under["bars"]) == pytest.approx(100, abs=2)
+    point_at(page, -30, -40, click=True)
+    (pin,) = page.until(lambda: page.state("probe")["pins"])
+    assert pin["title"] == under["title"]
+    point_at(page, -200, 200)
+    page.until(lambda: page.state("probe")["under"] is None and page.all("probe-hint"))
+
+    def key():
+        return float(next(bar for bar in page.state("probe")["pins"][0]["bars"] if bar["name"] == "key")["value"])
+
+    before = key()
+    page.type("intensity", "0.5", page.row("key"))
+    page.until(lambda: key() == pytest.approx(before / 2, rel=0.02))
+    page.driver.execute_script("arguments[0].scrollIntoView()", page.all("probe")[0])
+    point_at(page, 10, 60)
+    page.until(lambda: page.all("probe-reading"))
+    page.driver.save_screenshot("/tmp/probe.png")
+    assert len(page.all("probe-bar", page.all("probe-pin")[0])) == 4
+    page.driver.refresh()
+    page.until(lambda: page.all("probe-pin") and page.picture().std() > 5)
+    page.settled(lambda: page.all("unpin")[0].rect)
+    page.click("unpin")
+    page.until(lambda: not page.state("probe")["pins"])
+    page.click("probe")
+    page.until(lambda: not page.state("probe")["on"])

@@ -18,9 +18,8 @@ STYLE = """
 def histogram() -> None:
     """Add the histogram of the displayed luminance, with the shares of black and of clipped pixels under its ends."""
     with html.Div(v_if="histogram.path", **found_by("histogram", status=False)):
-        label = (
-            "'Histogram of luminance: ' + (histogram.low || 'nothing') + ' black, ' + (histogram.high || 'nothing') + ' clipped'"
-        )
+        low, high = "(histogram.low || 'nothing')", "(histogram.high || 'nothing')"
+        label = f"'Histogram of luminance: ' + {low} + ' black, ' + {high} + ' clipped'"
         with html.Div(classes="studio-histogram"):
             html.Svg(
                 f"<path :d='histogram.path'></path><path d='M{WIDTH / 4} 0V{HEIGHT}M{WIDTH / 2} 0V{HEIGHT}"
@@ -38,5 +37,6 @@ def histogram() -> None:
             )
             html.Span("luminance", classes="studio-unit")
             html.Span(
-                "{{ histogram.high || 'nothing' }} clipped", classes=("histogram.high ? 'studio-clipped' : 'studio-unit'",)
+                "{{ histogram.high || 'nothing' }} clipped",
+                classes=("histogram.high ? 'studio-clipped' : 'studio-unit'",),
             )
