@@ -236,6 +236,12 @@ class Document:
         with self._step():
             self._opening.open(mesh, file, self.accuracy.refine)
 
+    def restore(self, state: DocumentState) -> None:
+        """Set all values to an earlier state, as one undo step."""
+        with self._step():
+            self.revert(self.state, state)
+            self.revert(self.state, state)  # materials of meshes that were not shown until now
+
     # -- cancelling background computations
 
     def cancel_bounces(self) -> str:

@@ -14,6 +14,10 @@ from trame.widgets import vuetify3 as v
 
 from pvphong.studio.web.inputs import DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels.accuracy import accuracy, plan
+from pvphong.studio.web.panels.compare import OWN as COMPARE_OWN
+from pvphong.studio.web.panels.compare import STYLE as COMPARE_STYLE
+from pvphong.studio.web.panels.compare import compare
+from pvphong.studio.web.panels.compare import over_view as comparison
 from pvphong.studio.web.panels.files import files
 from pvphong.studio.web.panels.histogram import STYLE as HISTOGRAM_STYLE
 from pvphong.studio.web.panels.lights import lights
@@ -111,7 +115,7 @@ _ALT = """
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "picture", "probe", "scene", "plan", "accuracy", "files")
+_PANELS = ("lights", "mix", "material", "picture", "probe", "compare", "scene", "plan", "accuracy", "files")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -134,14 +138,14 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         Name of a kind of light in scene files → description for a tooltip.
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS)))}
-    own |= {"busy": False, "uploads": 0}
+    own |= {"busy": False, "uploads": 0} | COMPARE_OWN
     server.state.client_only(*own)
     server.state.update(
         own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
         client.Script(_KEYS + _STEPS + FINE + _ALT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
@@ -176,6 +180,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 materials()
                 picture()
                 probe()
+                compare()
                 with panel("Scene"):
                     form("model")
                 plan()
@@ -194,6 +199,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         ):
             view = shared_view(plotter)
             start()
+            comparison()
             with html.Div(classes="studio-awaited"):
                 awaited("gathering", "computing bounced light", "cancel_bounces")
                 awaited(

@@ -53,6 +53,7 @@ from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
 from pvphong.studio.web.report import Measuring, Report
+from pvphong.studio.web.snapshots import Snapshots, pictures
 from pvphong.studio.web.thumbnails import thumbnail
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
@@ -137,6 +138,7 @@ class Studio:
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self._histogram = LiveHistogram(subplot)
+        self._snapshots = Snapshots(self.document, subplot)
         self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         names = {"example_names": list(EXAMPLES), "material_names": list(Material.names())}
@@ -177,6 +179,10 @@ class Studio:
             "fit": lambda: self._subplot.renderer.reset_camera(render=False),  # each trigger ends with a frame
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
+            "snapshot": self._snapshots.keep,
+            "restore_snapshot": self._snapshots.restore,
+            "look_from_snapshot": self._snapshots.look_from,
+            "forget_snapshot": self._snapshots.forget,
             "probe": self._probe.switch,
             "unpin": self._probe.unpin,
         }
@@ -256,6 +262,7 @@ class Studio:
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
         of_meshes |= {"view_text": f"{title}; lit by {lit_by}", "probe": self._probe.shown()}
+        of_meshes["snapshots"] = self._snapshots.shown()
         return shown | self._awaited() | of_meshes
 
     def _awaited(self) -> dict[str, Any]:
@@ -556,6 +563,7 @@ class Studio:
         server.app.router.add_post("/paraview/", _no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._figure)
+        server.app.router.add_get("/snapshot/{number}.jpg", pictures(self._snapshots))
         server.app.router.add_get("/thumbnail/{kind}/{name}", _thumbnail)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),

@@ -77,3 +77,53 @@ def test_the_probe_reads_under_the_cursor_and_pins_follow_edits(page):
     page.until(lambda: not page.state("probe")["pins"])
     page.click("probe")
     page.until(lambda: not page.state("probe")["on"])
+
+
+def test_snapshots_are_compared_by_a_wipe_and_restored_as_one_step(page):
+    def intensity():
+        return page.light("key")["intensity"]["value"]
+
+    def is_loaded():
+        script = "return [...document.querySelectorAll('.studio-compare img')].every((each) => each.naturalWidth > 0)"
+        return page.driver.execute_script(script)
+
+    page.trigger("gizmos")
+    page.click("snapshot")
+    page.until(lambda: page.state("snapshots")["pairs"] == ["A | now"])
+    bright = page.settled(lambda: page.middle().tolist())
+    page.type("intensity", "0", page.row("key"))
+    page.type("light-name", "sun", page.row("key"))
+    page.until(lambda: page.light("sun"))
+    page.type("exposure", "-1")
+    page.until(lambda: page.state("display")["exposure"]["value"] == -1)
+    dark = page.until(lambda: (middle := page.middle())[0] < bright[0] - 60 and middle.tolist())
+    page.click("snapshot")
+    page.until(lambda: page.state("snapshots")["pairs"][0] == "A | B")
+    page.click("compare")
+    page.until(lambda: page.all("comparison") and is_loaded())
+    for wipe, expected in ((100, bright), (0, dark)):
+        page.driver.execute_script("window.trame.state.set('wipe', arguments[0])", wipe)
+        page.until(lambda expected=expected: page.middle() == pytest.approx(expected, abs=8))
+    page.driver.execute_script("window.trame.state.set('wipe', 50)")
+    page.driver.execute_script("arguments[0].scrollIntoView()", page.all("snapshot")[0])
+    page.settled(lambda: page.picture().tolist())
+    page.driver.save_screenshot("/tmp/compare.png")
+    picture = page.picture()
+    middle, width = picture.shape[0] // 2, picture.shape[1]
+    left, right = (picture[middle, int(part * width)].mean() for part in (0.42, 0.56))
+    assert left > right + 40
+    page.click("compare")
+    page.until(lambda: not page.all("comparison"))
+
+    page.click("snapshot-restore", page.all("snapshot-row")[0])
+    page.until(lambda: page.light("key") and intensity() == 1.0 and page.state("display")["exposure"]["value"] == 0)
+    page.until(lambda: page.middle() == pytest.approx(bright, abs=8))
+    page.click("undo")
+    page.until(lambda: page.light("sun") and page.state("display")["exposure"]["value"] == -1)
+    page.click("redo")
+    page.until(lambda: page.light("key"))
+    page.trigger("gizmos")
+    for _ in "AB":
+        page.click("forget", page.all("snapshot-row")[0])
+        page.settled(lambda: len(page.all("snapshot-row")))
+    page.until(lambda: not page.state("snapshots")["pairs"])
