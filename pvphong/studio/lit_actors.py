@@ -325,6 +325,9 @@ class LitActors:
         """Show the meshes' own vertices until the next frame, and cancel refining."""
         for refining in self._refining.values():
             refining.forget()
+        for mesh in self.meshes:
+            if mesh.actor is not None and mesh.actor.mapper.dataset is not mesh.drawn:
+                mesh.actor.mapper.dataset = mesh.drawn
 
     def stop(self) -> None:
         """Cancel background computations; the next frame starts them again."""

@@ -47,6 +47,7 @@ from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, Downloads, reading_file
 from pvphong.studio.web.fields import number_in
 from pvphong.studio.web.framing import Framing
+from pvphong.studio.web.hurry import TRIGGERS, Hurry
 from pvphong.studio.web.live_histogram import LiveHistogram
 from pvphong.studio.web.live_probe import LiveProbe
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
@@ -138,6 +139,7 @@ class Studio:
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self._histogram = LiveHistogram(subplot)
+        self._hurry = Hurry(subplot, self._later, self.draw)
         self._snapshots = Snapshots(self.document, subplot)
         self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
@@ -200,6 +202,8 @@ class Studio:
                 said = str(error)
                 buttons = remedies(said, name, args)
                 self.server.state.refusals += 1
+            if name in TRIGGERS:
+                self._hurry.begin()
             self._done(said, buttons)
 
         return trigger
@@ -627,6 +631,7 @@ class Studio:
         self._subplot.renderer.RemoveObserver(self._tag)
         self._framing.release()
         self._probe.release()
+        self._hurry.release()
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)
