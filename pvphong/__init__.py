@@ -79,6 +79,8 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.studies.fitting.target import target as target
     from pvphong.studies.validate.validation import Comparison as Comparison
     from pvphong.studies.validate.validation import validate as validate
+    from pvphong.studio.histogram import Histogram as Histogram
+    from pvphong.studio.probing import Probe as Probe
     from pvphong.vtk.lights import as_light as as_light
     from pvphong.vtk.lights import light_kit as light_kit
     from pvphong.vtk.oracle import vtk_shade as vtk_shade
@@ -131,6 +133,8 @@ _PLACES = {
     "studies.fitting.result": "Fit",
     "studies.fitting.target": "target",
     "studies.validate.validation": "Comparison validate",
+    "studio.histogram": "Histogram",
+    "studio.probing": "Probe",
     "vtk.lights": "as_light light_kit",
     "vtk.oracle": "vtk_shade",
 }

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import os
-import weakref
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -29,11 +28,12 @@ from pvphong.optics.material import Material
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studies.validate.validation import Comparison, validate
-from pvphong.studio.gizmos import Gizmo, Gizmos, History, Interaction, Keys, Options, check_keys
+from pvphong.studio.gizmos import Gizmo, Gizmos, Interaction, Keys, Options, check_keys
 from pvphong.studio.keywords import as_mesh, is_bare, look_of
 from pvphong.studio.lit_mesh import LitMesh, lit_meshes
 from pvphong.studio.live import LightHandle, MeshHandle, changed_light
 from pvphong.studio.outputs import Outputs
+from pvphong.studio.readings import Readings
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import refuse_missing_extra
 
@@ -43,7 +43,7 @@ _NO_KEYS: Keys = MappingProxyType({})
 _STAGE = Material(ambient=0.6, diffuse=0.6)
 
 
-class PlotterPhong(Handle):
+class PlotterPhong(Readings, Handle):
     """Lighting of one plotter. Each subplot has its own lights; all subplots share the light model.
 
     Examples
@@ -77,11 +77,7 @@ class PlotterPhong(Handle):
     _instead = dict.fromkeys(LightModel.__dataclass_fields__, "light_model")
 
     def __init__(self, plotter: pv.Plotter) -> None:
-        self._owner = weakref.ref(plotter)
-        self._light_model = LightModel()
-        self._display = Display()
-        self._subplots: list[Subplot] = []
-        self._history = History()
+        super().__init__(plotter)
         self._outputs = Outputs(self._owner, self._subplots)
 
     def __repr__(self) -> str:
@@ -661,24 +657,6 @@ class PlotterPhong(Handle):
         return serve(self._plotter, self._subplot, self._history, **options)
 
     # -- lifetime ----------------------------------------------------------------------------------------
-
-    @property
-    def _plotter(self) -> pv.Plotter:
-        plotter = self._owner()
-        assert plotter is not None, "the plotter has gone"
-        return plotter
-
-    @property
-    def _subplot(self) -> Subplot:
-        """Active subplot."""
-        renderer = self._plotter.renderer
-        if getattr(renderer, "camera", None) is None or self._plotter.render_window is None:
-            check.refuse("plotter", "a closed plotter", "open")
-        for subplot in self._subplots:
-            if subplot.renderer is renderer:
-                return subplot
-        self._subplots.append(Subplot(renderer, self._light_model, self._history, self._display))
-        return self._subplots[-1]
 
     def __plotter_close__(self) -> None:
         """Release all resources; PyVista calls this whenever the plotter is closed."""

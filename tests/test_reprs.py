@@ -14,6 +14,7 @@ from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.shading.vertices import Vertices
 from pvphong.studies.validate.images import compare_images
+from pvphong.studio.histogram import histogram_of
 
 LAMP = ph.PointLight(position=(0, 0, 2), name="<i>lamp & co</i>")
 SCENE = ph.Scene([LAMP], ph.Viewer(position=(0, 0, 3)))
@@ -46,6 +47,8 @@ BY_THEMSELVES = {
     "truth": lambda: MESH.phong.truth(SCENE, max_bounces=0),
     "batch": lambda: ph.Batch((Path("a"),), (), {Path("b"): "<no mesh>"}),
     "fit": lambda: MESH.phong.fit(SCENE, ph.Material(), 0.5, "intensity"),
+    "histogram": lambda: histogram_of(np.full((5, 3), 255, np.uint8)),
+    "probe": lambda: ph.Probe("ball", 3, (0.0, 0.0, 1.0), *[(0.1, 0.2, 0.3)] * 2, {}, (0.0, 0.0, 0.0)),
     "images": lambda: compare_images(MESH, SCENE, ph.Material()),
 }
 """Objects that hold arrays, or refer to others: their representations are short."""

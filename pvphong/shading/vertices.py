@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import Float64Array, FloatArray, MatrixLike, rgb
+from pvphong.base.types import Float64Array, FloatArray, IntArray, MatrixLike, rgb
 from pvphong.base.vectors import is_direction, unit
 from pvphong.geometry.extent import MeshBounds
 from pvphong.geometry.transform import transform_vectors
@@ -18,7 +18,7 @@ from pvphong.optics.maps import COLORS, Map, Values, fractions, map_values
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
 from pvphong.shading.equation import Equation, assemble
-from pvphong.shading.visibility import TransportLike, VisibilityLike
+from pvphong.shading.visibility import TransportLike, VisibilityAt, VisibilityLike
 
 _TO_TANGENTS = (
     "Name a point array of vectors along the surface, or give the mesh texture coordinates whose u varies everywhere."
@@ -99,6 +99,14 @@ class Vertices:
         """Concatenate the points and normals of several records. Their other data is left out."""
         points = np.concatenate([part.points for part in parts])
         return cls(points, lambda: np.concatenate([part.normals for part in parts]))
+
+    def some(self, rows: IntArray) -> Vertices:
+        """Return some of the vertices, for a plan of all of them. Transport is left out."""
+        seen = None if self.visibility is None else VisibilityAt(self.visibility, rows)
+        how: dict[str, Any] = {"tangents": lambda: self.tangents[rows], "ranges": self.ranges}
+        part = Vertices(self.points[rows], lambda: self.normals[rows], visibility=seen, **how)
+        part.maps = {name: values._replace(rows=values.rows[rows]) for name, values in self.maps.items()}
+        return part
 
     def __repr__(self) -> str:
         return f"<{len(self)} vertices, {self.points.dtype}>"

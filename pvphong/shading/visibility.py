@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from pvphong.base import check
-from pvphong.base.types import BoolArray, Float64Array, FloatArray, MatrixLike
+from pvphong.base.types import BoolArray, Float64Array, FloatArray, IntArray, MatrixLike
 from pvphong.geometry.transform import transform_points
 from pvphong.optics.light import Light
 from pvphong.scene.light_model import LightModel
@@ -95,6 +95,31 @@ class Goal(NamedTuple):
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
         reached: BoolArray = (difference + uncertainty).max(axis=1) <= self.allowed
         return reached
+
+
+class VisibilityAt(VisibilityLike):
+    """Visibility from some of the vertices of another one.
+
+    Parameters
+    ----------
+    whole : VisibilityLike
+        Visibility from all vertices.
+    rows : ndarray
+        Numbers of the vertices.
+    """
+
+    def __init__(self, whole: VisibilityLike, rows: IntArray) -> None:
+        self._whole, self._rows = whole, rows
+
+    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
+        """Return the visible parts from these vertices."""
+        return self._whole.channels(lights, sky=sky, behind=behind)[:, self._rows]
+
+    def refuse_other(
+        self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
+    ) -> None:
+        """Raise ValueError as the visibility from all vertices."""
+        self._whole.refuse_other(points, lights, labels, model)
 
 
 class TransportLike(Protocol):

@@ -377,6 +377,9 @@ class LitActors:
         """Cancel refining, and show the meshes with their own vertices until the next frame."""
         for refining in self._refining.values():
             refining.forget()
+        for mesh in self.meshes:
+            if mesh.actor is not None and mesh.actor.mapper.dataset is not mesh.drawn:
+                mesh.actor.mapper.dataset = mesh.drawn
 
     def stop(self) -> None:
         """Cancel background computations; the next frame starts them again."""

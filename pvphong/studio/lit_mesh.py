@@ -26,6 +26,7 @@ from pvphong.optics.material import Material, as_material
 from pvphong.rays.visibility import Visibility
 from pvphong.scene.scene import Scene, light_labels
 from pvphong.shading.plan.plan import Plan
+from pvphong.shading.reference import Shading
 from pvphong.shading.vertices import Vertices
 
 ARRAY = "phong"
@@ -146,10 +147,23 @@ class LitMesh:
                 how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
                 visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
             self._visibility = key, visibility
+        vertices = self._vertices(visibility)
+        return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
+
+    def _vertices(self, visibility: Visibility | None) -> Vertices:
+        """Return the drawn vertices with the values of the material's maps."""
         maps = {name: self._values(name, given) for name, given in given_maps(self.material, self.mesh).items()}
         tangents = maps.pop("tangents", self._tangents)
-        vertices = Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
-        return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
+        return Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
+
+    def shading_at(self, row: int) -> Shading | None:
+        """Return the components of the current colour of one drawn vertex; None before the first refresh."""
+        if self._plan is None:
+            return None
+        rows, bounced = np.array([row]), self.bounced
+        is_seen = self._plan.equation.needs_visibility and self._visibility is not None
+        vertices = self._vertices(self._visibility[1] if is_seen and self._visibility else None).some(rows)
+        return self._plan.run(vertices, components=True, bounced=None if bounced is None else bounced[:, rows])
 
     @property
     def sharp_angle(self) -> float | None:

@@ -1,4 +1,8 @@
-"""Drawing of gizmos: `Drawing` collects lines, areas and labels in pixels; `Overlay` shows a `Drawing` with VTK."""
+"""Drawing of gizmos: `Drawing` collects lines, areas and labels in pixels; `Overlay` shows a `Drawing` with VTK.
+
+Pixels are those of a screen of usual resolution. On a screen of high resolution, `Overlay` draws each of them as
+several device pixels, so that gizmos and texts have the same size everywhere.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +64,7 @@ class Drawing:
     Parameters
     ----------
     view : View
-        The subplot.
+        The subplot; see `View.in_usual_pixels`.
     color, edge : tuple of float
         Colour of the elements that are added next, and colour of the edges of areas.
     """
@@ -237,6 +241,8 @@ class Overlay:
     """
 
     def __init__(self) -> None:
+        self.scale = 1.0
+        """Device pixels per pixel. VTK enlarges the texts itself, by the window's dots per inch."""
         self._lines = {thin: (vtkPolyData(), vtkPolyData()) for thin in (True, False)}
         self._areas = vtkPolyData()
         self._readout, self._help, self._status = _text(), _text(), _text()
@@ -245,12 +251,14 @@ class Overlay:
         self._status.GetTextProperty().SetJustificationToRight()
         self._labels: list[vtkTextActor] = []
         self._props: list[Any] = []  # in drawing order
+        self._widths: dict[Any, float] = {}
         for thin, (edges, lines) in self._lines.items():
             width = _THIN if thin else _THICK
-            edge = _actor(edges, _EDGE_LAYER, width + _EDGE)
+            edge, line = _actor(edges, _EDGE_LAYER), _actor(lines, _LINE_LAYER)
             edge.GetMapper().ScalarVisibilityOff()
             edge.GetProperty().SetColor(_LINE_EDGE)
-            self._props += [edge, _actor(lines, _LINE_LAYER, width)]
+            self._widths |= {edge: width + _EDGE, line: width}
+            self._props += [edge, line]
         self._props += [_actor(self._areas, _AREA_LAYER), self._readout, self._help, self._status]
         self._is_shown = True
 
@@ -274,12 +282,15 @@ class Overlay:
     def put(self, drawing: Drawing) -> None:
         """Show a drawing in place of the previous one."""
         segments, colors = drawing.lines
+        segments = self.scale * segments
+        for actor, width in self._widths.items():
+            actor.GetProperty().SetLineWidth(self.scale * width)
         for thin, both in self._lines.items():
             chosen = drawing.thin == thin
             for data in both:
                 _fill(data, segments[chosen].reshape(-1, 2), np.full(chosen.sum(), 2), colors[chosen], data.SetLines)
         corners = [corners for corners, _ in drawing.areas]
-        points = np.concatenate([np.empty((0, 2)), *corners])
+        points = self.scale * np.concatenate([np.empty((0, 2)), *corners])
         tints = np.array([color for _, color in drawing.areas], np.uint8).reshape(-1, 4)
         _fill(self._areas, points, np.array([len(polygon) for polygon in corners]), tints, self._areas.SetPolys)
         while len(self._labels) < len(drawing.labels):
@@ -288,7 +299,7 @@ class Overlay:
         for actor in self._labels:
             actor.SetVisibility(False)
         for actor, (place, text) in zip(self._labels, drawing.labels, strict=False):
-            actor.SetPosition(*(place - drawing.view.origin))
+            actor.SetPosition(*(self.scale * (place - drawing.view.origin)))
             self._show_text(actor, text)
 
     def _show_text(self, actor: vtkTextActor, text: str) -> None:
@@ -298,7 +309,7 @@ class Overlay:
     def status(self, text: str, size: tuple[float, float]) -> None:
         """Show a text in the lower right corner of a subplot of `size` pixels; an empty text shows nothing."""
         width = max(int((size[0] - 2 * _MARGIN) / _LETTER[0]), 8)
-        self._status.SetPosition(size[0] - _MARGIN, _MARGIN)
+        self._status.SetPosition(self.scale * (size[0] - _MARGIN), self.scale * _MARGIN)
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
@@ -317,7 +328,7 @@ class Overlay:
         (style.SetVerticalJustificationToBottom if up else style.SetVerticalJustificationToTop)()
         x, y = cursor
         x = min(x, size[0] - needed[0]) + _FROM_CURSOR if right else max(x, needed[0]) - _FROM_CURSOR
-        self._readout.SetPosition(x, y + (_FROM_CURSOR if up else -_FROM_CURSOR))
+        self._readout.SetPosition(self.scale * x, self.scale * (y + (_FROM_CURSOR if up else -_FROM_CURSOR)))
         self._show_text(self._readout, text)
 
     def help(self, text: str, size: tuple[float, float]) -> bool:
@@ -330,12 +341,12 @@ class Overlay:
         room = np.array(size) - 2.0 * _MARGIN
         fits = min(room / (_HELP_LETTER * (max(map(len, lines)), len(lines) + 2))) if text else 1.0
         self._help.GetTextProperty().SetFontSize(max(int(_NORMAL * min(fits, 1.0)), 5))
-        self._help.SetPosition(_MARGIN, size[1] - _MARGIN)
+        self._help.SetPosition(self.scale * _MARGIN, self.scale * (size[1] - _MARGIN))
         self._show_text(self._help, text)
         return bool(fits >= 1.0)
 
 
-def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> Any:
+def _actor(data: vtkPolyData, layer: int) -> Any:
     pixels = vtkCoordinate()
     pixels.SetCoordinateSystemToDisplay()
     mapper = vtkPolyDataMapper2D()
@@ -344,7 +355,6 @@ def _actor(data: vtkPolyData, layer: int, width: float = 1.0) -> Any:
     actor = vtkActor2D()
     actor.SetMapper(mapper)
     actor.SetLayerNumber(layer)
-    actor.GetProperty().SetLineWidth(width)
     actor.UseBoundsOff()
     actor.PickableOff()
     return actor

@@ -17,7 +17,7 @@ from pvphong.studio.gizmos.drawing import DARK_EDGE, LIGHT_EDGE, Drawing, Overla
 from pvphong.studio.gizmos.handles import ORIGIN, LightInScene, is_movable
 from pvphong.studio.gizmos.highlight import SurfacePoint, Surfaces, find_highlight
 from pvphong.studio.gizmos.history import History
-from pvphong.studio.gizmos.view import STANDS_OFF, Scenery, View, vector
+from pvphong.studio.gizmos.view import STANDS_OFF, USUAL_DPI, Scenery, View, vector
 from pvphong.studio.lit_actors import LitActors
 from pvphong.studio.window_lights import RendererLight, WindowLights
 
@@ -183,6 +183,8 @@ class Gizmos:
         """Radius of the spot that is asked for, as a fraction of the scene's size."""
         self.spot: tuple[SurfacePoint, float] | None = None
         """The spot that was asked for last, and its radius."""
+        self.more: list[Callable[[Drawing], None]] = []
+        """Functions that add marks to each drawing; they are hidden together with the gizmos in pictures."""
         self.firsts = weakref.WeakKeyDictionary[RendererLight, Light]()
         """The lights' values when they got a gizmo; kept for lights that are deleted and restored."""
         self._only = None if only is None else list(only)
@@ -231,7 +233,8 @@ class Gizmos:
         """The current view of the subplot."""
         width, height = self.renderer.GetSize()
         x, y = self.renderer.GetOrigin()
-        return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y))
+        scale = self.renderer.GetRenderWindow().GetDPI() / USUAL_DPI
+        return View(self.lights.viewer, (max(width, 1), max(height, 1)), (x, y), scale)
 
     @property
     def scenery(self) -> Scenery:
@@ -296,6 +299,7 @@ class Gizmos:
         help_text : str
             List of keys, shown while the help is on.
         """
+        self.overlay.scale, view = view.scale, view.in_usual_pixels
         drawing, soloed = Drawing(view), self.soloed
 
         def mark(gizmo: Gizmo) -> str:
@@ -319,6 +323,8 @@ class Gizmos:
             drawing.color = (1.0, 1.0, 1.0)
             middle, normal = np.array(self.spot[0].point), np.array(self.spot[0].normal)
             drawing.line(circle(middle + 0.02 * self.spot[1] * normal, normal, self.spot[1]))
+        for add in self.more:
+            add(drawing)
         self.overlay.put(drawing)
         has_room = self.overlay.help(help_text if self.shows_help else "", view.size)
         lines = [self.notice, "" if self.shows_help else _HINT]
@@ -328,6 +334,6 @@ class Gizmos:
             parts = [f"{light.name}: {kind}" if light.name else kind, f"intensity {light.intensity:.3g}"]
             lines[1] = ", ".join([*parts, f"luminance {bright:.3g}", *filter(None, [mark(chosen)])])
         self.overlay.status("\n".join(filter(None, lines)) if has_room else "", view.size)
-        x, y = self.cursor
+        x, y = (each / self.overlay.scale for each in self.cursor)
         self.overlay.readout(readout, (x - view.origin[0], y - view.origin[1]), view.size)
         self.overlay.attach(self.renderer)

@@ -211,7 +211,9 @@ _BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVist
 _WIDER, _SMALLEST = 1.25, 0.01
 
 TOLERANCE = 12
-"""Largest distance from the cursor at which a handle is grabbed, in pixels: about twice the radius of the drawn dot."""
+"""Largest distance from the cursor at which a handle is grabbed, in pixels of a screen of usual resolution: about twice
+the radius of the drawn dot.
+"""
 
 
 class Interaction:
@@ -239,7 +241,6 @@ class Interaction:
         nothing.SetPoints(vtkPoints())
         self._representation = vtkPointHandleRepresentation2D()
         self._representation.SetCursorShape(nothing)
-        self._representation.SetTolerance(TOLERANCE)
         self._representation.UseBoundsOff()
         self._representation.PickableOff()
         self._widget = vtkHandleWidget()
@@ -319,14 +320,16 @@ class Interaction:
         if self._is_held:
             return False
         view, before = gizmos.view, gizmos.hovered
+        reach = view.scale * TOLERANCE
         off = {key: math.dist(view.project(point), cursor) for key, point in self._handles.items()}
         # if dots overlap, prefer a dot of the selected light
-        on_selected = [key for key in off if key[0].is_selected and off[key] <= TOLERANCE / 2]
+        on_selected = [key for key in off if key[0].is_selected and off[key] <= reach / 2]
         candidates = {} if gizmos.is_another_pointed_at else on_selected or off
         self._nearest = min(candidates, key=lambda key: off[key], default=None)
         self._widget.SetProcessEvents(self._nearest is not None)
         gizmos.hovered = None
         if self._nearest is not None:
+            self._representation.SetTolerance(round(reach))
             self._representation.SetWorldPosition(self._handles[self._nearest].tolist())
             self._representation.BuildRepresentation()  # otherwise it would be grabbed where it was in the last frame
             is_near = self._representation.ComputeInteractionState(*gizmos.interactor.GetEventPosition())

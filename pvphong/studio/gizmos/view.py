@@ -27,6 +27,9 @@ _BESIDE = 1e-9
 STANDS_OFF = 0.95
 """Distance between the scene's centre and the icon of a light without a position, in scene sizes."""
 
+USUAL_DPI = 72
+"""Dots per inch of a VTK window on a screen of usual resolution."""
+
 Pixel = tuple[float, float]
 
 
@@ -42,11 +45,20 @@ class View:
         Width and height of the subplot, in pixels.
     origin : tuple of float, default (0, 0)
         The subplot's lower left corner in the window, in pixels.
+    scale : float, default 1
+        Pixels per pixel of a screen of usual resolution.
     """
 
     viewer: Viewer
     size: tuple[float, float]
     origin: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
+
+    @property
+    def in_usual_pixels(self) -> View:
+        """The same view with the pixels of a screen of usual resolution."""
+        (width, height), (x, y), scale = self.size, self.origin, self.scale
+        return View(self.viewer, (width / scale, height / scale), (x / scale, y / scale))
 
     @cached_property
     def _middle(self) -> Float64Array:

@@ -12,11 +12,14 @@ Read in this order:
    panels and gizmos.
 4. `words`: the names of fields on the page. `messages`: errors in these words. `inputs`, `panels` and `page`: Vuetify's
    components around the view.
-5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads.
+5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads. `sharing`: one view for
+   browsers of different sizes.
 6. `downloads`: the files to download, and the Python script that reproduces them. `turntable`: a GIF.
 7. `exactness`: how exact the picture is, in words. `report`: the accuracy report, measured in a separate process.
 8. `cameras`: views from the front, the top and so on. `framing`: the camera's angle in a narrow view.
-   `thumbnails`: spheres that show materials and reflectances.
+   `thumbnails`: spheres that show materials and reflectances. `live_histogram`: counts of the picture's luminance.
+   `live_probe`: lit values under the cursor, and pins. `hurry`: coarse pictures of large meshes while something moves.
+   `snapshots`: kept states with their pictures.
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 

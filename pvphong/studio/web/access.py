@@ -28,6 +28,7 @@ from wslink.chunking import generate_chunks
 from wslink.protocol import MAX_MSG_SIZE
 
 from pvphong.base import check
+from pvphong.studio.web.sharing import SharedSize
 
 _LARGEST_MESSAGE = 2**20
 """Largest message, in bytes; files are sent by HTTP."""
@@ -326,6 +327,8 @@ class Messages(AioHttpWsHandler):
         Name → function, for everything that the page may trigger.
     closed : callable
         Called when a client has disconnected, with True if the client held the left mouse button down in the view.
+    scaled : callable
+        Called with the number of device pixels per CSS pixel, before the view gets another size.
     """
 
     def __init__(
@@ -334,11 +337,12 @@ class Messages(AioHttpWsHandler):
         server: Any,
         triggers: Mapping[str, Callable[..., Any]],
         closed: Callable[[bool], None],
+        scaled: Callable[[float], None],
     ) -> None:
         super().__init__(protocol, server)
-        self._triggers, self._closed = triggers, closed
-        self._sizes: dict[str, dict[str, Any]] = {}
-        self._shown_to = self._held_by = ""
+        self._triggers, self._closed, self._scaled = triggers, closed, scaled
+        self._shared = SharedSize()
+        self._area = self._held_by = ""
         self._sending: dict[str, asyncio.Lock] = {}
         self._frames: dict[str, bytes] = {}
 
@@ -378,14 +382,14 @@ class Messages(AioHttpWsHandler):
                 raise Malformed("unknown trigger")
             args = [name, plain(given), {}]
         elif method == "trame.rca.event":
-            args = [*map(str, _list(args, 3)[:2]), view_event(args[2])]
-            self._show_to(args[0], client_id)
+            args = [*map(str, _list(args, 3)[:2]), self._shared.converted(view_event(args[2]), client_id)]
             if args[2]["type"].startswith("LeftButton"):
                 self._held_by = client_id if args[2]["type"].endswith("Press") else ""
         elif method == "trame.rca.size":
             args = [*map(str, _list(args, 3)[:2]), view_size(args[2])]
-            self._sizes[client_id] = args[2]
-            self._shown_to = client_id
+            self._shared.put(client_id, args[2])
+            self._area, args[2] = args[0], dict(self._shared.size or {})
+            self._scaled(args[2]["p"])
         elif method == "trame.lifecycle.update":
             if args not in (["client_connected"], ["client_mounted"], ["client_exited"], ["client_unmounted"]):
                 raise Malformed("unknown event")
@@ -394,14 +398,6 @@ class Messages(AioHttpWsHandler):
         elif method != "trame.state.get":
             raise Malformed("unknown method")
         return {"id": message["id"], "method": method, "args": args}
-
-    def _show_to(self, area: str, client_id: str) -> None:
-        """Draw the view in the size of this client's browser; other clients may have another size."""
-        size = self._sizes.get(client_id)
-        if client_id != self._shown_to and size is not None:
-            self._shown_to = client_id
-            areas, resize = self.functionMap["trame.rca.size"]
-            resize(areas, area, "access", size)
 
     async def handleSystemMessage(self, rpcid: str, methodName: str, args: list[Any], client_id: str) -> bool:
         """Handle a greeting. Then limit the message size again, because wslink sets the limit to 4 GiB."""
@@ -417,8 +413,12 @@ class Messages(AioHttpWsHandler):
     async def onClose(self, client_id: str) -> None:
         """Handle a client's disconnection."""
         await super().onClose(client_id)
-        for known in (self._sizes, self._sending, self._frames):
+        for known in (self._sending, self._frames):
             known.pop(client_id, None)
+        if self._shared.remove(client_id) and (size := self._shared.size) is not None:
+            self._scaled(size["p"])
+            areas, resize = self.functionMap["trame.rca.size"]
+            resize(areas, self._area, "access", dict(size))
         was_held = self._held_by == client_id
         if was_held:
             self._held_by = ""

@@ -235,6 +235,12 @@ class Document:
                 self._phong.light_model = replace(self._phong.light_model, shadows=True)
         return "" if has_shadows else "Shadows are on now. To switch them off, open Scene."
 
+    def restore(self, state: DocumentState) -> None:
+        """Set all values to an earlier state, as one undo step."""
+        with self._step():
+            self.revert(self.state, state)
+            self.revert(self.state, state)  # materials of meshes that were not shown until now
+
     # -- cancelling background computations
 
     def cancel_bounces(self) -> str:

@@ -11,20 +11,27 @@ from typing import Any
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
-from trame_pyvista.widgets import PyVistaRCAView
 
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels import help
 from pvphong.studio.web.panels.accuracy import advanced
 from pvphong.studio.web.panels.camera import camera
+from pvphong.studio.web.panels.compare import OWN as COMPARE_OWN
+from pvphong.studio.web.panels.compare import STYLE as COMPARE_STYLE
+from pvphong.studio.web.panels.compare import compare
+from pvphong.studio.web.panels.compare import over_view as comparison
 from pvphong.studio.web.panels.files import files
+from pvphong.studio.web.panels.histogram import STYLE as HISTOGRAM_STYLE
 from pvphong.studio.web.panels.lights import lights
 from pvphong.studio.web.panels.material import materials
 from pvphong.studio.web.panels.mix import mix
 from pvphong.studio.web.panels.over_view import awaited, start
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.panels.picture import picture
+from pvphong.studio.web.panels.probe import STYLE as PROBE_STYLE
+from pvphong.studio.web.panels.probe import probe
 from pvphong.studio.web.panels.stage import stage
+from pvphong.studio.web.sharing import shared_view
 
 _WIDTH, _NARROW = 400, 860
 """Width of the panels, and largest width of a window in which the panels are closed at first, in pixels."""
@@ -113,7 +120,7 @@ _ALT = """
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
-_PANELS = ("lights", "mix", "material", "scene", "camera", "picture", "files", "advanced")
+_PANELS = ("lights", "mix", "material", "scene", "camera", "picture", "probe", "compare", "files", "advanced")
 _JUMP = (
     "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
     " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
@@ -136,15 +143,14 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         Name of a kind of light in scene files → description for a tooltip.
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS) - 1))}
-    own |= {"busy": False, "uploads": 0}
-    own |= help.STATE
+    own |= {"busy": False, "uploads": 0} | COMPARE_OWN | help.STATE
     server.state.client_only(*own)
     server.state.update(
         own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
         client.Script(_KEYS + _STEPS + FINE + _ALT + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
@@ -183,6 +189,8 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                     form("model")
                 camera()
                 picture()
+                probe()
+                compare()
                 files()
                 advanced()
         with (
@@ -196,8 +204,9 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 ],
             ),
         ):
-            view = PyVistaRCAView(plotter, send_mouse_move=True, style="width: 100%; height: 100%")
+            view = shared_view(plotter)
             start()
+            comparison()
             with html.Div(classes="studio-awaited"):
                 awaited("gathering", "computing bounced light", "cancel_bounces")
                 awaited(

@@ -5,11 +5,12 @@ from __future__ import annotations
 from trame.widgets import vuetify3 as v
 
 from pvphong.studio.web.inputs import form, found_by, number_input, switch
+from pvphong.studio.web.panels.histogram import histogram
 from pvphong.studio.web.panels.panel import panel
 
 
 def picture() -> None:
-    """Add inputs for exposure, tone curve and overlay. Downloaded meshes do not depend on them."""
+    """Add inputs for exposure, tone curve and overlay, and the histogram. Downloaded meshes do not depend on them."""
     with panel("Picture", "exposure and tone curve"):
         number_input("display.exposure", "exposure")
         v.VSelect(
@@ -26,3 +27,4 @@ def picture() -> None:
             edit = f"trigger('edit', ['display.overlay', $event ? '{overlay}' : 'none'])"
             switch(overlay.replace(" ", "-"), is_on, label, edit)
         form("backing")
+        histogram()
