@@ -7,6 +7,7 @@ In reading order:
 - `light.py`: the base class of lights; `lights/` has a file for each kind.
 - `photometry.py`: intensities of lamps as measured; `photometric_files.py` reads them.
 - `area/`: integrals over area lights; `panorama.py`: equirectangular images; `sky.py`: the sky's radiance.
+- `directions.py`: directions of light that a highlight reflects, sampled.
 - `reflectance.py`: the base class of reflectances; `reflectances/` has a file for each kind.
 - `surface.py`: the input of a reflectance for a block of vertices.
 - `maps.py`: surface parameters that vary per vertex; `colormap.py`: colours of a scalar array.

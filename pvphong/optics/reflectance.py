@@ -22,7 +22,7 @@ from pvphong.base import check
 from pvphong.base.formulas import Power
 from pvphong.base.types import FloatArray, Vector
 from pvphong.optics.area.lobes import CosinePower
-from pvphong.optics.area.sampling import Directions
+from pvphong.optics.directions import Directions
 from pvphong.optics.surface import Surface
 
 Component = Literal["diffuse", "specular"]

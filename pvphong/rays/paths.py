@@ -33,7 +33,7 @@ from pvphong.base import check, sobol, threads
 from pvphong.base.formulas import BRIGHTEST
 from pvphong.base.types import Float64Array, FloatArray, IntArray, Vector
 from pvphong.base.vectors import cross, dot, towards, unit
-from pvphong.optics.area.sampling import Directions, around, mixed
+from pvphong.optics.directions import Directions, around, mixed
 from pvphong.optics.light import Arrival
 from pvphong.optics.surface import Surface
 from pvphong.rays.casting import BlockingFaces, Occluders

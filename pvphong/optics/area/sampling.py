@@ -14,8 +14,6 @@ Each light has three formulas:
 
 If the density is nearly proportional to the contribution, the weights are nearly equal, and visibility is the main
 source of noise. The maps from the square are continuous, so well-distributed points stay well distributed.
-
-`Directions`, at the end, samples the directions of light that a highlight reflects.
 """
 
 from __future__ import annotations
@@ -34,14 +32,12 @@ from pvphong.base.formulas import (
     arctan2,
     as_type_of,
     cosine,
-    cross,
     dot,
     formula,
     index,
     maximum,
     minimum,
     multiply_add,
-    power_less_one,
     select,
     sine,
     single,
@@ -49,7 +45,7 @@ from pvphong.base.formulas import (
     subtract,
     times,
 )
-from pvphong.base.types import Float64Array, FloatArray
+from pvphong.base.types import Float64Array
 
 
 class Sampling(NamedTuple):
@@ -115,7 +111,7 @@ def length_and_direction(d: Any) -> Any:
 
 
 @formula
-def _across(w: Any) -> Any:
+def orthogonals(w: Any) -> Any:
     """Return two unit vectors that are orthogonal to the unit vector w and to each other.
 
     Source: T. Duff et al., "Building an orthonormal basis, revisited" (2017).
@@ -127,7 +123,7 @@ def _across(w: Any) -> Any:
 
 
 @formula
-def _combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
+def combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
     """Return the vector x·a + y·b + z·c, for numbers x, y, z and vectors a, b, c."""
     return (
         multiply_add(z, c[0], multiply_add(y, b[0], x * a[0])),
@@ -156,7 +152,7 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
     is_inside = distance <= radius
     sine = radius / select(is_inside, radius, distance)
     less = select(is_inside, 2.0, sine * sine / (1.0 + sqrt(1.0 - sine * sine)))  # 1 − cos of the cone
-    across, up = _across(w)
+    across, up = orthogonals(w)
     scale = 2.0 * (less / radius / radius)  # the radiance 1/πr² times the cone's 2π (1 − cos)
     reach, side = select(is_inside, radius, distance), select(is_inside, 1.0, -1.0)
     return reach, scale, *w, *across, *up, dot(n, w), dot(n, across), dot(n, up), less, side, distance / reach
@@ -184,7 +180,7 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     t = less * inner  # 1 − cos of the ray's angle off the middle
     across = sqrt(less * (TWO - t))
     x, y, along = x * across, y * across, ONE - t
-    direction = _combined(along, frame[0:3], x, frame[3:6], y, frame[6:9])
+    direction = combined(along, frame[0:3], x, frame[3:6], y, frame[6:9])
     weight = multiply_add(y, frame[11], multiply_add(x, frame[10], along * frame[9]))
     # squared radius minus the ray's squared distance from the centre, without cancellation at the edge of the cone
     apart = select(side < ZERO, less * (ONE - inner) * (TWO - less - t), ONE - to_middle * to_middle * t * (TWO - t))
@@ -273,10 +269,10 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
     left, right = square + (x + foot) * (x + foot), square + (x - foot) * (x - foot)
     lower, upper = square + (y + other_foot) * (y + other_foot), square + (y - other_foot) * (y - other_foot)
     corners = (
-        _corner(_combined(-x, a, -y, b, 1.0, d), n, left * lower),
-        _corner(_combined(x, a, -y, b, 1.0, d), n, right * lower),
-        _corner(_combined(-x, a, y, b, 1.0, d), n, left * upper),
-        _corner(_combined(x, a, y, b, 1.0, d), n, right * upper),
+        _corner(combined(-x, a, -y, b, 1.0, d), n, left * lower),
+        _corner(combined(x, a, -y, b, 1.0, d), n, right * lower),
+        _corner(combined(-x, a, y, b, 1.0, d), n, left * upper),
+        _corner(combined(x, a, y, b, 1.0, d), n, right * upper),
     )
     over = 4.0 / (corners[0] + corners[1] + corners[2] + corners[3])
     weights = corners[0] * over, corners[1] * over, corners[2] * over, corners[3] * over
@@ -342,7 +338,7 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
     `frame` is from `flat_frame`; x and y are the point's offsets from the middle along the light's sides, and
     `over_density` is 1 divided by the density of points.
     """
-    c = _combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
+    c = combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
     length = sqrt(square)
     over = ONE / select(square > ZERO, length, ONE)
@@ -481,7 +477,7 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
     - 0 to 8: two unit vectors across the normal, and the normal;
     - 9: 1 if there is a normal, else 0.
     """
-    across, up = _across(n)
+    across, up = orthogonals(n)
     has_normal = select(dot(n, n) > 0.0, 1.0, 0.0)
     return numbers[0], numbers[1], *across, *up, *n, has_normal
 
@@ -495,7 +491,7 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
     """
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
-    return _combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
+    return combined(x, frame[0:3], y, frame[3:6], z, frame[6:9])
 
 
 @formula
@@ -575,7 +571,7 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     height = top + far * (numbers[_TABLES + row + 1] - top)
     around = (column + along) * (2.0 * math.pi / columns) - math.pi
     level = sqrt(maximum(1.0 - height * height, 0.0))
-    to_image = _combined(level * cosine(around), ahead, level * sine(around), right, height, up)
+    to_image = combined(level * cosine(around), ahead, level * sine(around), right, height, up)
     direction = (
         single(select(by_image, to_image[0], d[0])),
         single(select(by_image, to_image[1], d[1])),
@@ -615,93 +611,3 @@ def _shares(parts: Float64Array) -> Float64Array:
     """Return the cumulative sums of `parts`, scaled to end at 1. If all parts are 0, they count as equal."""
     ends = np.cumsum(parts if parts.any() else np.ones_like(parts))
     return np.concatenate([[0.0], ends / ends[-1]])
-
-
-# --- directions of the light that a highlight reflects
-
-
-class Directions(NamedTuple):
-    """Importance sampling of a direction at each of n points: a function that samples, and one for the density."""
-
-    sample: Callable[[Any, Any], Float64Array]
-    """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where there is no direction."""
-
-    density: Callable[[Float64Array], Float64Array]
-    """Function of unit vectors, shape (3, n), that returns their density per solid angle, shape (n,)."""
-
-
-def around(axis: FloatArray, exponent: Any) -> Directions:
-    """Sample directions at n points with a density proportional to max(z, 0)ᵖ, where z is the cosine with an axis.
-
-    `axis` has a unit vector for each point, shape (3, n). `exponent` is p, one number or one for each point. With the
-    normals as axes, p = 1 gives sampling by the cosine.
-    """
-    raised = exponent + 1.0
-    across, up = _across(axis)
-
-    def sample(u: Any, v: Any) -> Float64Array:
-        x, y = on_disk(u, v)
-        inner = np.minimum(x * x + y * y, 1.0 - 2.0**-30)
-        less = -np.expm1(np.log1p(-inner) / raised)  # 1 − z
-        wide = np.sqrt(less * (2.0 - less) / np.maximum(inner, 1e-300))
-        return np.stack(_combined(x * wide, across, y * wide, up, 1.0 - less, axis))
-
-    def density(l: Float64Array) -> Float64Array:
-        off = l - axis
-        less = 0.5 * dot(off, off)
-        power = np.where(less < 1.0, 1.0 + power_less_one(less, exponent), 0.0)
-        return np.asarray(power * (raised / (2.0 * math.pi)))
-
-    return Directions(sample, density)
-
-
-def by_halves(
-    n: FloatArray,
-    v: FloatArray,
-    slopes: Callable[[Any, Any], tuple[Any, Any]],
-    slope_density: Callable[[Any, Any], Any],
-    t: FloatArray | None = None,
-) -> Directions:
-    """Sample half-way directions h by their slopes h·t/h·n and h·(n × t)/h·n, and mirror the viewer at them.
-
-    The density of slopes, divided by (h·n)³, is the density of h. The density of h, divided by 4 v·h, is the density of
-    the mirrored directions.
-
-    Parameters
-    ----------
-    n, v : ndarray
-        Unit normals and vectors to the viewer, shape (3, n).
-    slopes : callable
-        Function of the coordinates x and y of points of the unit disk. It returns both slopes.
-    slope_density : callable
-        Function of both slopes. It returns their density.
-    t : ndarray, optional
-        Unit tangents, shape (3, n); by default, arbitrary unit vectors orthogonal to the normals.
-    """
-    t, b = _across(n) if t is None else (t, cross(n, t))
-
-    def sample(u: Any, w: Any) -> Float64Array:
-        x, y = slopes(*on_disk(u, w))
-        h = length_and_direction(_combined(1.0, n, x, t, y, b))[1]
-        height = np.maximum(dot(h, v), 0.0)
-        return np.stack(_combined(2.0 * height, h, np.where(height > 0.0, -1.0, 0.0), v, 0.0, n))
-
-    def density(l: Float64Array) -> Float64Array:
-        s = l + v
-        height, length = dot(n, s), np.sqrt(dot(s, s))
-        above = np.where(height > 0.0, height, 1.0)
-        found = slope_density(dot(t, s) / above, dot(b, s) / above) * (length / above) ** 3 / (2.0 * length)
-        return np.where(height > 0.0, found, 0.0)
-
-    return Directions(sample, density)
-
-
-def mixed(first: Directions, second: Directions, share: float) -> Directions:
-    """Mix two samplings: a direction is from `first` with the probability `share`, else from `second`."""
-
-    def sample(u: Any, v: Any) -> Float64Array:
-        is_first = u < share
-        found = first.sample(np.minimum(u / share, 1.0), v), second.sample((u - share).clip(0.0) / (1.0 - share), v)
-        return np.where(is_first, *found)
-
-    return Directions(sample, lambda l: share * first.density(l) + (1.0 - share) * second.density(l))

@@ -18,7 +18,7 @@ import numpy as np
 from pvphong.base import check
 from pvphong.base.formulas import HALF, ONE, ZERO, Power, add, formula, maximum, select, sqrt, square
 from pvphong.base.types import Color, rgb
-from pvphong.optics.area.sampling import Directions, around, by_halves
+from pvphong.optics.directions import Directions, around, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import (
     HIGHLIGHT,

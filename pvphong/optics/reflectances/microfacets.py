@@ -42,7 +42,7 @@ from pvphong.base.formulas import (
     sqrt,
     square,
 )
-from pvphong.optics.area.sampling import Directions, by_halves
+from pvphong.optics.directions import Directions, by_halves
 from pvphong.optics.maps import number_or_map
 from pvphong.optics.reflectance import Geometry, Reflectance
 from pvphong.optics.reflectances.blinn_phong import HALFWAY

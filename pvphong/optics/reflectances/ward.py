@@ -28,7 +28,7 @@ from pvphong.base.formulas import (
     square,
     times,
 )
-from pvphong.optics.area.sampling import Directions, by_halves
+from pvphong.optics.directions import Directions, by_halves
 from pvphong.optics.reflectance import HIGHLIGHT, LAMBERT, Geometry, Reflectance
 from pvphong.optics.reflectances.blinn_phong import HALFWAY
 from pvphong.optics.surface import Surface
