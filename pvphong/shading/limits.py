@@ -138,9 +138,10 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 @most.register
 def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for modified Phong: 1 for the diffuse lobe, and another for the highlight.
+    """Return the bound on a lobe's factor for modified Phong, within `sightline`.
 
-    For the highlight, it is the bound on the power times the largest n·l and the normalisation.
+    For the diffuse lobe it is 1. For the highlight it is the bound on the power, times the largest n·l and the
+    normalisation.
     """
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
@@ -148,7 +149,7 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change for modified Phong.
+    """Return the bound on the change of a lobe's factor for modified Phong. The arguments are as for `change`.
 
     For the highlight, it bounds the product of the power and n·l, which has no jump at the horizon.
     """
@@ -160,9 +161,10 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 @most.register
 def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for VTK's headlight: 1 for the diffuse lobe, and the largest power for the highlight.
+    """Return the bound on a lobe's factor for VTK's headlight, within `sightline`.
 
-    This highlight does not end at the horizon, so the light may be on either side of the surface.
+    For the diffuse lobe it is 1. For the highlight it is the largest power. This highlight does not end at the horizon,
+    so the light may be on either side of the surface.
     """
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
@@ -181,7 +183,7 @@ def _most_whiteness(psi: float) -> float:
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for a metal.
+    """Return the bound on a lobe's factor for a metal, within `sightline`.
 
     It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight.
     """
@@ -191,7 +193,7 @@ def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the bound on the change for a metal.
+    """Return the bound on the change of a lobe's factor for a metal. The arguments are as for `change`.
 
     For the diffuse lobe, it is that of Phong's model. For a highlight, it is the sum of the bounds on the changes of
     Phong's power and of Schlick's weight.
@@ -205,10 +207,10 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for microfacets: a constant for the diffuse base, and another for each highlight.
+    """Return the bound on a lobe's factor for microfacets, within `sightline`.
 
-    For a highlight, it is the microfacets' density D at the largest n·h, times the largest masking K = 1/(2β). For the
-    white lobe, this product is multiplied by the largest Schlick weight.
+    For the diffuse base, it is a constant. For a highlight, it is the microfacets' density D at the largest n·h, times
+    the largest masking K = 1/(2β). For the white lobe, this product is multiplied by the largest Schlick weight.
     """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -223,7 +225,7 @@ def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) ->
 
 @change.register
 def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change for microfacets.
+    """Return the bound on the change of a lobe's factor for microfacets. The arguments are as for `change`.
 
     For the diffuse base, it follows from the base's slope. For a highlight, it is the highlight's largest value,
     because the slope of the masking is unbounded near the horizon.
@@ -240,7 +242,7 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 @most.register
 def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
-    """Return the bound for Oren and Nayar's model: a bound on the sum of its coefficients A and B.
+    """Return the bound on the factor for Oren and Nayar's model: a bound on the sum of its coefficients A and B.
 
     The sum is at most 1.125, for sigma = 22°.
     """
@@ -249,7 +251,7 @@ def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> f
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change for Oren and Nayar's model.
+    """Return the bound on the change of the factor for Oren and Nayar's model. The arguments are as for `change`.
 
     The change of the term with A is bounded by its slope. The change of the term with B is bounded by B, because the
     slope of this term is unbounded near the horizon.
@@ -260,7 +262,7 @@ def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves
 
 @most.register
 def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound for Ward's model: the factor at the largest n·h.
+    """Return the bound on the factor for Ward's model, within `sightline`: the factor at the largest n·h.
 
     With s, x, z and E as in `Ward`, and θ the angle from n to s: x/z² is at most 1/z, and |s|²/z² = 1 + tan² θ. The
     product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.

@@ -49,7 +49,7 @@ class Shading:
         Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular contribution, in the order of
         the scene's lights; zero for a light that is off.
     base : ndarray or None
-        Shape (n, 3), unclamped: light that is independent of lights, the emission and the light model's ambient.
+        Shape (n, 3), unclamped: colour that is independent of lights, the emission and the light model's ambient.
         ``base + per_light.sum(axis=0)`` is the unclamped colour without bounced light.
     bounced : ndarray or None
         Shape (bounces, n, 3), unclamped: light that has bounced once, twice and so on. The last row includes the

@@ -244,7 +244,7 @@ def known_transport(vertices: Any) -> TransportLike:
     Raises
     ------
     ValueError
-        If it is unknown.
+        If the vertices have no transport.
     """
     if vertices.transport is None:
         remedy = "Pass transport=mesh.phong.transport(), or call mesh.phong.shade, which casts the rays."

@@ -219,8 +219,8 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
     """Return a new camera with the position and direction of a viewer or camera; the renderer may modify it.
 
-    `follows_viewer` is True if a light depends on the viewer's `up`. Then an `up` parallel to the view axis raises
-    ValueError; if `follows_viewer` is False, a coordinate axis replaces such an `up`.
+    `follows_viewer` is True if a light depends on the viewer's `up`. An `up` parallel to the view axis then
+    raises ValueError. If `follows_viewer` is False, a coordinate axis replaces such an `up`.
     """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):

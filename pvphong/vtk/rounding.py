@@ -97,7 +97,7 @@ def allowed_error(roughness: float) -> float:
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Find the vertices whose colour float32 leaves open.
+    """Find the vertices whose colour float32 leaves open, that is, uncertain by more than a tolerance.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """Return True if all vertices have the same direction to the viewer; the scene has the standard convention."""
+    """Return True if all vertices have the same direction to the viewer. `scene` must have the standard convention."""
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 

@@ -117,9 +117,10 @@ class Refinement:
         return "jump" if self._known["jump"][left].any() else "resolution"
 
     def _part(self, first: int, tolerance: float) -> float:
-        """Estimate which fraction of all rounds of splits is done, if errors are proportional to triangles' areas.
+        """Estimate which fraction of all rounds of splits is done.
 
-        `first` is the number of triangles before the first round.
+        The estimate assumes that errors are proportional to triangles' areas. `first` is the number of triangles before
+        the first round.
         """
         parts = np.where(self._known["stuck"], 1.0, np.maximum(self.errors / (_AIM * tolerance), 1.0))
         expected = float(parts.sum()) - first

@@ -138,7 +138,7 @@ def shade(
 def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
     """Light a full block by one uniform light with Lambert's factor. This takes a third less time than using rows.
 
-    Return True if all normals can be used without scaling; otherwise the colours are invalid.
+    Return True if all normals can be used without scaling. If False is returned, the colours are invalid.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 def _end_of(exponent: Any) -> Any:
     """Return the least squared length of a chord for which the power of its cosine is 0.
 
-    This is 2, the squared chord of a right angle, if `exponent` is greater than 0. Otherwise, no power is 0, and the
+    If `exponent` is greater than 0, this is 2, the squared chord of a right angle. If it is 0, no power is 0, and the
     result is infinity.
     """
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)

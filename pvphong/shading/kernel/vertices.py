@@ -231,9 +231,9 @@ def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows:
 def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: Any) -> None:
     """Load the points of a block: `count` vectors of `array`, starting at index `first`.
 
-    If `points` is null, the vectors are copied into the rows `PX` to `PZ`. Otherwise, they are written into the three
-    rows at `points`, in float64. A model matrix, if there is one, transforms them first: a point p becomes
-    (L p + t) / w, where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
+    If `points` is null, the vectors are copied into the rows `PX` to `PZ`. If it is not null, they are written into the
+    three rows at `points`, in float64. A model matrix, if there is one, transforms them first: a point p becomes (L p +
+    t) / w, where L is the left 3 × 3 part of `s.matrix`, t is its last column, and w is `s.w`.
     """
     if is_nowhere(points):
         load_vectors(array, first, count, shifted(rows, PX))

@@ -318,8 +318,8 @@ class LightEffect(Effect):
 class Size(LightEffect):
     """Size of an area light, removed by a light at a point if the error is allowed.
 
-    Lobes without a closed form are summed over nodes of the area light, which are lights at points. If the error of a
-    single light is too large, fewer nodes may replace these nodes.
+    A lobe without a closed form is summed over nodes: lights at points of the area light. If a single light has too
+    large an error, fewer nodes may replace these nodes.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:

@@ -194,7 +194,7 @@ def _(light: Weakening) -> frozenset[str]:
 
 @reach.register
 def _(light: Weakening, extent: MeshBounds) -> LightBounds:
-    """Return the bounds of a light with attenuation.
+    """Return the bounds of a light with attenuation, for the vertices in `extent`.
 
     The largest strength is that at the nearest possible vertex.
     """
@@ -212,8 +212,9 @@ def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return a light without attenuation that may replace a light; None if there is no bound on the error.
 
-    With `exactly`, a light is returned only if its attenuation is constant. Without `exactly`, the attenuation may
-    vary, but no vertex may be at the light's position, because the error has no bound there.
+    `extent` bounds the vertices. If `exactly` is True, the colours must stay the same to the last bit, so a light is
+    returned only if the attenuation is constant. If it is False, the attenuation may vary, but no vertex may be at the
+    light's position, because the error has no bound there.
     """
     constant, linear, quadratic = light.attenuation
 
@@ -234,9 +235,10 @@ def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approxim
 def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the light that may replace a point light without the effect `effect`; None if there is none.
 
+    `extent` bounds the vertices. If `exactly` is True, the colours must stay the same to the last bit.
+
     Without the attenuation, it is a point light of constant strength. Without the position, it is parallel light.
-    Parallel light replaces only a point light without attenuation that is far away, and never if the result must be
-    exact.
+    Parallel light replaces only a point light without attenuation that is far away, and never if `exactly` is True.
     """
     if effect == ATTENUATION:
         return _evenly_strong(light, extent, exactly=exactly)
@@ -286,6 +288,8 @@ def _(light: SpotLight) -> frozenset[str]:
 def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the light that may replace a spot light without the effect `effect`; None if there is none.
 
+    `extent` bounds the vertices. If `exactly` is True, the colours must stay the same to the last bit.
+
     Without the attenuation, it is a spot light of constant strength. Without the cone, it is a point light if the mesh
     is inside the cone. If the mesh is outside, the result says that the light does not reach the mesh. The position is
     never removed.
@@ -332,18 +336,24 @@ def _without_cone(light: SpotLight) -> PointLight:
 
 @reach.register
 def _(light: SphereLight, extent: MeshBounds) -> LightBounds:
-    """Return the bounds of a sphere light. They hold for all points of its surface."""
+    """Return the bounds of a sphere light, for the vertices in `extent`.
+
+    They hold for all points of the light's surface.
+    """
     return _reach_within(light.places[0], light.radius, extent)
 
 
 @reach.register
 def _(light: Flat, extent: MeshBounds) -> LightBounds:
-    """Return the bounds of a flat area light. They hold for all points of the sphere that encloses it."""
+    """Return the bounds of a flat area light, for the vertices in `extent`.
+
+    They hold for all points of the sphere that encloses the light.
+    """
     return _reach_within(light.center, light.reach_radius, extent)
 
 
 def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBounds:
-    """Return the bounds of a light that is inside a sphere.
+    """Return the bounds of a light that is inside a sphere, for the vertices in `extent`.
 
     The sphere's nearest point bounds the distance of the light. The sphere's outline bounds its direction.
     """
@@ -359,8 +369,11 @@ def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBou
 def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the point light at the centre that may replace a sphere light; None if the error has no bound.
 
-    Only the effect "size" can be removed, and not if the result must be exact. The sphere's image is a uniform disk.
-    Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the disk's angular radius, and d the distance.
+    `extent` bounds the vertices. Only the effect "size" can be removed. If `exactly` is True, the colours must stay the
+    same to the last bit, so None is returned.
+
+    The sphere's image is a uniform disk. Its strength is 2 / (1 + √(1 − s²)) times 1/d², with s the sine of the disk's
+    angular radius, and d the distance.
     """
     if exactly or effect != SIZE:
         return None
@@ -371,8 +384,9 @@ def _(light: SphereLight, effect: str, extent: MeshBounds, *, exactly: bool) -> 
 def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
     """Return the spot light at the centre that may replace a flat light; None if the error has no bound.
 
-    Only the effect "size" can be removed. With `exactly`, no spot light is returned. If the mesh is behind the light,
-    the result says that the light does not reach the mesh.
+    `extent` bounds the vertices. Only the effect "size" can be removed. If the mesh is behind the light, the result
+    says that the light does not reach the mesh. If `exactly` is True, the colours must stay the same to the last bit,
+    so no spot light is returned.
 
     At height h above the light's plane and distance d, a part of the light has the strength h/d³. The mean over the
     light differs from the value at its centre by at most half the largest second derivative, 12 h/d⁵, times the square

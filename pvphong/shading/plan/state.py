@@ -64,7 +64,7 @@ class Simplification(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanState:
-    """The state of a plan while it is made: an equation that effects rewrite, and what the effects need for that.
+    """The state of a plan while it is made: an equation, and the bounds by which effects rewrite it.
 
     Parameters
     ----------
