@@ -15,6 +15,7 @@ In reading order:
 - `options`: common options, reading of inputs, and progress.
 - `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands. They call
   `mesh.phong` or `plotter.phong`.
+- `irradiance`: command that computes the light that arrives, in the unit of the lights.
 - `daylight`: command for sun and sky over time.
 - `fit`: command that finds lights from a target.
 - `compile`: command that compiles the fast evaluator.

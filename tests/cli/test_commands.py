@@ -21,7 +21,10 @@ from pvphong.cli.options import Lighting
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.default_scene import default_scene
 
-COMMANDS = ["demo", "shade", "view", "fit", "plan", "validate", "tradeoff", "diagnose", "daylight", "compile"]
+COMMANDS = [
+    *("demo", "shade", "irradiance", "view", "fit", "plan", "validate", "tradeoff", "diagnose", "daylight"),
+    "compile",
+]
 COLUMNS = 80
 
 
