@@ -26,12 +26,14 @@ def daylight_scene(
     diffuse_horizontal: float | None = None,
     model: SkyModel = "perez",
     albedo: float = ALBEDO,
+    scale: float = 1.0,
 ) -> Scene:
     """Make the scene of one moment outdoors: the sun and the sky, in W/m².
 
-    The lights are named "sun", 0.533° wide, and "sky". At night the sun is missing. Colours of `shade` are
-    irradiances times the material's reflectance, in W/m²; pictures of them need an exposure of about -10 stops.
-    Surfaces cast shadows.
+    The lights are named "sun", 0.533° wide, and "sky". At night the sun is missing. Surfaces cast shadows. Colours of
+    `shade` are irradiances times the material's reflectance, in W/m², hundreds in daylight. Tolerances are in this unit
+    too: without a `tolerance`, `shade` computes shadows of such a scene far too exactly, which takes long. For
+    pictures, windows and the studio use a `scale` of about 1/400.
 
     Parameters
     ----------
@@ -49,6 +51,8 @@ def daylight_scene(
         Distribution of the sky's radiance, as for `EnvironmentLight.sky`.
     albedo : float, default 0.2
         Fraction of the light that the open ground around the mesh reflects.
+    scale : float, default 1
+        Factor of both lights: 1 for W/m², and about 1/400 for colours from 0 to 1.
 
     Returns
     -------
@@ -81,14 +85,16 @@ def daylight_scene(
         direct, diffuse = (float(each[0]) for each in clear_sky(index, place))
     else:
         direct, diffuse = (check.number(name, given, at_least=0.0) for name, given in irradiances.items())
+    scale = check.number("scale", scale, above=0.0)
     sun = sun_position(index, place)
     x, y, z = sun.direction[0].tolist()
     lights: list[Light] = []
     if sun.altitude[0] > 0.0:
-        lights.append(DirectionalLight((-x, -y, -z), angle=_SUN_DIAMETER, intensity=direct, name="sun"))
+        lights.append(DirectionalLight((-x, -y, -z), angle=_SUN_DIAMETER, intensity=scale * direct, name="sun"))
     else:
         direct = 0.0
     of_sky: Any = {"direct_normal": direct, "diffuse_horizontal": diffuse, "model": model, "albedo": albedo}
+    of_sky |= {"intensity": scale, "up": place.up, "name": "sky"}
     above = float(extraterrestrial(index)[0])
-    lights.append(EnvironmentLight.sky((x, y, z), up=place.up, extraterrestrial=above, name="sky", **of_sky))
+    lights.append(EnvironmentLight.sky((x, y, z), extraterrestrial=above, **of_sky))
     return Scene(lights, light_model=LightModel(ambient=0.0, shadows=True, clamp=False))

@@ -37,6 +37,14 @@ def test_a_surface_that_faces_the_sun_gets_its_irradiance():
     assert scene.lights[0].intensity == 700.0
 
 
+def test_a_scale_for_pictures():
+    plain, scaled = (
+        ph.daylight_scene(TEN, MUNICH, direct_normal=700, diffuse_horizontal=120, scale=scale)
+        for scale in (1.0, 0.0025)
+    )
+    assert irradiance(scaled, (0, 0, 1)) == pytest.approx(0.0025 * irradiance(plain, (0, 0, 1)), rel=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # pvlib calls deprecated functions of pandas
 def test_without_irradiances_the_sky_is_clear():
     scene, where = ph.daylight_scene(TEN, MUNICH), pvlib.location.Location(48.14, 11.58, altitude=520)
@@ -78,6 +86,7 @@ def test_walls_cast_shadows_on_the_ground():
         ({"direct_normal": 700}, "diffuse_horizontal must be given with the other irradiance"),
         ({"direct_normal": -1, "diffuse_horizontal": 1}, "direct_normal must be a finite number >= 0; got -1"),
         ({"direct_normal": 1, "diffuse_horizontal": math.inf}, "diffuse_horizontal must be a finite number"),
+        ({"scale": 0}, "scale must be a finite number > 0; got 0"),
         ({"albedo": 2}, "albedo must be"),
         ({"model": "rainy"}, "model must be one of"),
         ({"time": "2026-06-21T10:00"}, "times must be times with a time zone"),
