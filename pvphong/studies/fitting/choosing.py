@@ -26,9 +26,9 @@ class Chosen(NamedTuple):
 def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: int, allowed: float) -> Chosen:
     """Choose at most `most` lights whose squared error is at most `allowed`.
 
-    Each step adds the light with which the error, solved again for all chosen lights, is the smallest. Whenever the
-    chosen lights meet the tolerance, or are as many as allowed, each is exchanged for any other light, and dropped,
-    where the error stays as small.
+    Each step adds the light with which the error, solved again for all chosen lights, is the smallest. Then each chosen
+    light is exchanged for another where this is better. At the end, lights without which the tolerance is still met
+    are dropped.
     """
     ends = np.cumsum([len(one.unknowns) for one in varied])
     of_light = [np.arange(end - len(one.unknowns), end) for one, end in zip(varied, ends.tolist(), strict=True)]

@@ -11,6 +11,8 @@ from pvphong.meshes.blocks import datasets
 from pvphong.meshes.pictures import aim
 from pvphong.studies.fitting.target import LUMINANCE
 
+_DIFFERENCE = "difference in luminance"
+
 # Colour of points for which nothing is asked, on dark and light surfaces alike.
 _ANY = (0.62, 0.60, 0.72)
 
@@ -18,7 +20,7 @@ _ANY = (0.62, 0.60, 0.72)
 def show(fit: Any, off_screen: bool | None, screenshot: Any, window_size: tuple[int, int], background: str) -> Any:
     """Draw the three panes of a `Fit`; arguments as for `Fit.plot`."""
     parts = dict(datasets(fit.lit)) if isinstance(fit.lit, pv.MultiBlock) else {"": fit.lit}
-    panes = {"asked for": fit.asked, "found": None, "difference": fit.differences}
+    panes = {"asked for": fit.asked, "found": None, _DIFFERENCE: fit.differences}
     off = [_brightness(_of(fit.differences, path)) for path in parts]
     most = max(max(float(np.nanmax(np.abs(each), initial=0.0)) for each in off), 1e-3)
     plotter = pv.Plotter(shape=(1, 3), off_screen=off_screen, window_size=list(window_size), border=False)
@@ -28,8 +30,8 @@ def show(fit: Any, off_screen: bool | None, screenshot: Any, window_size: tuple[
         plotter.set_background(background)
         for path, part in parts.items():
             drawn = part.copy(deep=False)
-            if title == "difference":
-                bar = {"title": "difference in luminance", "color": ink, "fmt": "%.2f", "n_labels": 3}
+            if title == _DIFFERENCE:
+                bar = {"title": "", "color": ink, "fmt": "%.2f", "n_labels": 3}
                 drawn["difference"] = _brightness(_of(values, path))
                 how: Any = {"scalars": "difference", "cmap": "coolwarm", "clim": (-most, most), "nan_color": _ANY}
                 plotter.add_mesh(drawn, lighting=False, scalar_bar_args=bar, **how)

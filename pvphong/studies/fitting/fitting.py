@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -102,8 +102,8 @@ def fit(
     tries : int, default 12
         Number of starts of the search. More find better solutions if many lights move.
     seed : int, default 0
-        Seed of the starts and of the vertices that the search uses. Equal calls give equal bits, for any number of
-        threads.
+        Seed of the starts and of the vertices that the search uses. With a named backend, equal calls give equal bits,
+        for any number of threads.
     matrix, feature_angle, occluders, visibility, transport, backend
         As for `mesh.phong.shade`. `visibility` needs lights that stay where they are.
 
@@ -135,7 +135,7 @@ def fit(
     >>> round(fit.scene.lights[0].intensity, 4), fit.error.rms < 1e-6
     (0.6, True)
     """
-    options = {"weights": weights, "max_lights": max_lights, "tolerance": tolerance, "tries": tries, "seed": seed}
+    options = Options(weights, max_lights, tolerance, tries, seed)
     setting = Setting(matrix, feature_angle, occluders, visibility, transport, 0.0, backend)
     begun = time.perf_counter()
     part = _Part.of("", mesh, material, setting)
@@ -156,7 +156,7 @@ def fit_blocks(
     target: Any,
     vary: Any,
     options: dict[str, Any],
-    light: Any,
+    light: Callable[[Scene], Any],
 ) -> Fit:
     """Find the lights with which several meshes get the colours that they should have; see `fit`.
 
@@ -176,9 +176,9 @@ def fit_blocks(
         Returns the lit blocks for a scene.
     """
     begun = time.perf_counter()
-    own = ("matrix", "feature_angle", "occluders", "visibility", "transport", "backend")
-    given = {name: options.pop(name) for name in own if name in options}
-    setting = Setting(**given)
+    own = {each.name for each in fields(Options)}
+    wishes = Options(**{name: value for name, value in options.items() if name in own})
+    setting = Setting(**{name: value for name, value in options.items() if name not in own})
     paths = [path for path, _ in datasets(blocks)]
     of_block = iter(zip(paths, materials, strict=True))
 
@@ -187,14 +187,37 @@ def fit_blocks(
         return _Part.of(path, block, material, setting)
 
     parts = of_each(blocks, part_of)
-    for name, mapping in (("target", target), ("weights", options.get("weights"))):
+    for name, mapping in (("target", target), ("weights", wishes.weights)):
         if isinstance(mapping, Mapping):
             for path in mapping:
                 if path not in paths:
                     check.refuse(name, f"a mapping with {path!r}", f"one whose keys are paths of blocks: {paths}")
         elif mapping is not None and np.ndim(mapping):
             check.refuse(name, type(mapping).__name__, "a mapping from paths of blocks to arrays, or one number")
-    return _fitted(parts, scene, target, vary, setting, options, light, begun)
+    return _fitted(parts, scene, target, vary, setting, wishes, light, begun)
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    number = check.number(name, value, at_least=float(least))
+    return int(number) if number == int(number) else check.refuse(name, value, f"a whole number >= {least}")
+
+
+def _whole_or_none(name: str, value: Any) -> int | None:
+    return None if value is None else _whole(name, value, 1)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a fit that do not concern the lighting; the fields are as for `fit`."""
+
+    weights: Any = None
+    max_lights: int | None = check.field(_whole_or_none, None)
+    tolerance: float = check.field(functools.partial(check.number, at_least=0.0), 0.0)
+    tries: int = check.field(functools.partial(_whole, least=1), TRIES)
+    seed: int = check.field(functools.partial(_whole, least=0), 0)
+
+    def __post_init__(self) -> None:
+        check.fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,19 +260,15 @@ def _fitted(
     target: Any,
     vary: Any,
     setting: Setting,
-    options: Mapping[str, Any],
-    light: Any,
+    options: Options,
+    light: Callable[[Scene], Any],
     begun: float,
 ) -> Fit:
+    """Fit lights to the targets of all parts; `begun` is the time at the start."""
     refuse_without_scipy()
     kernel.check_backend(setting.backend)
     if setting.matrix is not None:
         normal_matrix(setting.matrix)
-    tolerance = check.number("tolerance", options.get("tolerance", 0.0), at_least=0.0)
-    tries = _whole("tries", options.get("tries", TRIES), 1)
-    seed = _whole("seed", options.get("seed", 0), 0)
-    most = options.get("max_lights")
-    most = None if most is None else _whole("max_lights", most, 1)
     vertices = [part.vertices(scene, setting) for part in parts]
     for part, each in zip(parts, vertices, strict=True):
         if each.equation(scene, part.material, setting.matrix).gamma != 1.0:
@@ -257,25 +276,13 @@ def _fitted(
             check.refuse("material", "PBR in VTK's convention", "one without a gamma, for which light adds up", remedy)
     around = _around(vertices, setting.matrix)
     varied = variations(scene, vary, around)
+    wanted = _wanted(parts, vertices, target, options.weights, setting.matrix, clamps=scene.light_model.clamp)
+    _refuse_conflicts(varied, wanted, setting, options)
     moves = any(one.count for one in varied)
-    if most is not None and moves:
-        remedy = "Fit their shapes without max_lights, and then choose."
-        check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
-    if setting.visibility is not None and moves:
-        remedy = "Leave it out; the rays are then cast as the lights move."
-        check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
-    wanted = _wanted(parts, vertices, target, options.get("weights"), setting.matrix, clamps=scene.light_model.clamp)
-    if wanted.is_luminance and any(one.colors for one in varied):
-        remedy = "Vary intensities alone, or ask for colours."
-        check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
     columns = _columns(parts, vertices, scene, setting, _EVALUATIONS if moves else len(varied))
-    count = sum(len(one.unknowns) + one.count for one in varied)
-    asked = int((wanted.roots > 0.0).sum())
-    if asked < count:
-        got = f"one with {asked} numbers"
-        check.refuse("target", got, f"one with at least {count} numbers, as many as vary", "Vary fewer fields.")
-    goal = tolerance * tolerance
-    found, point, interrupted = search.find(columns, varied, wanted, around, tries=tries, seed=seed, goal=goal)
+    goal, most = options.tolerance**2, options.max_lights
+    how: dict[str, Any] = {"tries": options.tries, "seed": options.seed, "goal": goal}
+    found, point, interrupted = search.find(columns, varied, wanted, around, **how)
     _refuse_dark(varied, point, wanted)
     problem = Problem.of(found.base, varied, point.shares, wanted)
     off = list[Variation]()
@@ -297,8 +304,32 @@ def _fitted(
     analysis = Analysis(found, problem, point, given, shares, off)
     rows = dict(zip([part.path for part in parts], _split([len(each) for each in vertices]), strict=True))
     return Fit.of(
-        replace(scene, lights=lights), analysis, light, rows, interrupted, time.perf_counter() - begun, tolerance
+        replace(scene, lights=lights),
+        analysis,
+        light,
+        rows,
+        interrupted,
+        time.perf_counter() - begun,
+        options.tolerance,
     )
+
+
+def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Setting, options: Options) -> None:
+    """Raise ValueError if the fields that vary do not suit the target or the options."""
+    moves = any(one.count for one in varied)
+    if options.max_lights is not None and moves:
+        remedy = "Fit their shapes without max_lights, and then choose."
+        check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
+    if setting.visibility is not None and moves:
+        remedy = "Leave it out; the rays are then cast as the lights move."
+        check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
+    if wanted.is_luminance and any(one.colors for one in varied):
+        remedy = "Vary intensities alone, or ask for colours."
+        check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
+    count, asked = sum(len(one.unknowns) + one.count for one in varied), int((wanted.roots > 0.0).sum())
+    if asked < count:
+        got = f"one with {asked} numbers"
+        check.refuse("target", got, f"one with at least {count} numbers, as many as vary", "Vary fewer fields.")
 
 
 def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
@@ -311,11 +342,6 @@ def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wante
             remedy = "Move it or turn it, vary its direction or position, or leave it out."
             check.refuse("vary", f"{one.label!r}, which lights none of the target's points", "lights that do", remedy)
         first = last
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    number = check.number(name, value, at_least=float(least))
-    return int(number) if number == int(number) else check.refuse(name, value, f"a whole number >= {least}")
 
 
 def _split(counts: Sequence[int]) -> list[slice]:

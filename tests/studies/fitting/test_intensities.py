@@ -388,3 +388,19 @@ def test_other_lights_that_cannot_vary_are_refused():
         BALL.phong.fit(scene_of(replace(SUN, intensity=0.0)), MATTE, 0.5, {"sun": "diffuse"})
     with pytest.raises(ValueError, match=r"scene must be a scene with a light to vary"):
         BALL.phong.fit(scene_of(), MATTE, 0.5, "intensity")
+
+
+def test_visibility_and_transport_made_before_are_used():
+    blocks = pv.MultiBlock({"ball": BALL, "floor": STEP})
+    model = ph.LightModel(shadows=True, ambient_occlusion=2.0, bounces=1, ambient=0.1)
+    true, start = scene_of(*FOUND, model=model), scene_of(SUN, SKY, BULB, model=model)
+    made = {"visibility": blocks.phong.visibility(true), "transport": blocks.phong.transport(samples=16)}
+    lit = blocks.phong.shade(true, GLOSSY, precision="float64", **made)
+    target = {name: lit[name]["phong"] for name in ("ball", "floor")}
+    fit = blocks.phong.fit(start, GLOSSY, target, "intensity", **made)
+    np.testing.assert_allclose(intensities(fit), [0.4, 0.3, 0.7], rtol=2e-5)
+    np.testing.assert_allclose(fit.lit["floor"]["phong"], target["floor"], atol=1e-5)
+    with pytest.raises(
+        ValueError, match=r"visibility must be None if directions, positions or sizes vary; got one for"
+    ):
+        blocks.phong.fit(start, GLOSSY, target, {"sun": "direction"}, **made)

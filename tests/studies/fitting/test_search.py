@@ -107,7 +107,7 @@ def test_deviations_of_directions_and_positions_cover_the_truth():
     bulb = ph.PointLight(position=(-1.5, -1, 2), intensity=0.4, name="bulb")
     scene = ph.Scene([sun, bulb], VIEWER, ph.LightModel(clamp=False))
     clean, random, inside = colors(SMALL, scene), np.random.default_rng(4), []
-    for _ in range(8):
+    for _ in range(5):
         noisy = np.maximum(clean + 0.01 * random.normal(size=clean.shape), 0.0)
         fit = SMALL.phong.fit(scene, MATERIAL, noisy, moving(scene), tries=1, tolerance=0.011)
         own, found = fit.deviations, dict(zip(("sun", "bulb"), fit.scene.lights, strict=True))
