@@ -23,6 +23,7 @@ def pytest_xdist_setupnodes() -> None:
 
 _LONGEST = (
     *("test_in_a_browser", "test_inputs_in_a_browser", "test_layout_in_a_browser", "test_waiting_in_a_browser"),
+    *("test_stage_in_a_browser", "test_placing_in_a_browser"),
     *("test_docstrings", "test_manual", "test_examples", "test_first_use", "test_faults", "test_over_and_over"),
     *("test_refine_far_away", "test_refine", "test_refine_shadows", "test_refusals", "test_commands", "test_sides"),
 )

@@ -23,7 +23,7 @@ class Exactness(NamedTuple):
     Parameters
     ----------
     text : str
-        The sentence.
+        The sentence, and a second one on what is left out.
     improve : Remedy
         The button that makes the picture more exact; a measurement, if there is nothing to improve.
     """
@@ -45,16 +45,17 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) ->
         True if refining has reached its tolerance.
     """
     error = max((plan.error_bound for plan in plans), default=0.0)
-    at_points = f"within {_in_steps(error)} of the exact colour" if error else "exact"
+    has_edges = any(plan.effects[name].on for plan in plans for name in ("shadow", "cone"))
     if accuracy.refine is None:
-        between = "between them colours are blended, so edges of shadows may look ragged"
+        between = " and blended between them" + (", so edges of shadows may look ragged" if has_edges else "")
     elif not is_refined:
-        between = "between them colours are blended, as refining is not complete"
+        between = " and blended between them, as refining is not complete"
     else:
-        between = f"between them within {_in_steps(accuracy.refine)}"
+        between = f", and off by at most {_in_steps(accuracy.refine)} between them"
+    at_points = f"off by at most {_in_steps(error)}" if error else "exact"
     left_out = _left_out(plans)
-    text = f"At the points of the mesh, every colour is {at_points}; {between}; "
-    text += f"left out: {left_out}." if left_out else "nothing is left out."
+    text = f"Every colour is {at_points} at the points of the mesh{between}. "
+    text += f"Left out: {left_out}." if left_out else "Nothing is left out."
     if accuracy.refine is None:
         improve = Remedy("Refine between the points", [["edit", ["accuracy.refine", _STEP]]])
     elif not is_refined:
@@ -82,8 +83,10 @@ def _left_out(plans: Sequence[Plan]) -> str:
     for plan in plans:
         for decision in plan.effects.values():
             if match := _LEFT_OUT.search(decision.why):
-                found |= dict.fromkeys(match["what"].split("; "))
-    return "; ".join(found)
+                for each in match["what"].split("; "):
+                    light, _, reason = each.partition(": ")
+                    found[f"{light} ({reason})" if reason else light] = None
+    return ", ".join(found)
 
 
 def rows_of(made: Plan) -> list[list[str]]:

@@ -84,13 +84,13 @@ def test_advanced_is_folded_and_its_first_sentence_has_the_button_that_improves_
         fresh.settled(lambda: fresh.all("improve")[0].rect)
         fresh.click("improve")
         fresh.until(lambda: fresh.state("accuracy")["refine"]["set"])
-        fresh.until(lambda: "within one step of a screen" in fresh.all("exactness")[0].text)
+        fresh.until(lambda: "at most one step of a screen between them" in fresh.all("exactness")[0].text)
         assert fresh.all("improve")[0].text == "Check it by a measurement"
         fresh.trigger("edit", fresh.light("fill")["intensity"]["key"], 0.001)
         fresh.trigger("edit", "accuracy.tolerance", 0.05)
-        fresh.until(lambda: "left out: fill: too weak to be seen" in fresh.all("exactness")[0].text)
+        fresh.until(lambda: "Left out: fill (too weak to be seen" in fresh.all("exactness")[0].text)
         fresh.click("improve")
-        fresh.until(lambda: fresh.all("exactness")[0].text.endswith("nothing is left out."))
+        fresh.until(lambda: fresh.all("exactness")[0].text.endswith("Nothing is left out."))
     finally:
         page.driver.close()
         page.driver.switch_to.window(first)

@@ -1,7 +1,8 @@
-"""Placing of lights on the page, in a real Chromium."""
+"""Placing of lights, the words of the page, the welcome and the list of keys, in a real Chromium."""
 
 import numpy as np
 from browsers import needs_a_browser
+from pages import Page
 
 pytestmark = needs_a_browser
 
@@ -78,3 +79,70 @@ def test_the_gizmo_under_the_cursor_lights_up_its_row_and_the_other_way_round(pa
     page.until(lambda: page.light("point")["hovered"])
     (row,) = page.driver.find_elements("css selector", ".studio-hovered")
     assert row.get_attribute("aria-label") == "Light point"
+
+
+# --- words and help
+
+
+def test_lights_and_fields_have_a_photographers_names(page):
+    (button,) = page.all("add-rectangle")
+    assert button.text == "+ softbox"
+    assert button.get_attribute("title").startswith("Rectangle light: ")
+    page.click("add-point")
+    fields = page.until(lambda: page.light("point")["fields"])
+    frame = next(each for each in fields if each["name"] == "frame")
+    assert (frame["label"], [each["title"] for each in frame["items"]][:2]) == ("fixed to", ["world", "camera"])
+    (brightness,) = page.all("intensity", page.row("point"))
+    assert "brightness, × white" in brightness.text
+
+
+def test_the_welcome_is_shown_once_in_a_browser_and_can_be_called_back(driver, served, folder):
+    first = driver.current_window_handle
+    driver.switch_to.new_window("tab")
+    try:
+        driver.get(served.address)
+        driver.execute_script("localStorage.clear()")
+        fresh = Page(driver, served.address, is_new=True)
+        titles = []
+        for _ in range(3):
+            fresh.until(lambda: fresh.all("welcome")[0].is_displayed())
+            titles.append(fresh.all("welcome")[0].text.split("\n")[0])
+            fresh.settled(lambda: fresh.all("welcome-next")[0].rect)
+            driver.save_screenshot(str(folder / f"welcome {len(titles)}.png"))
+            fresh.click("welcome-next")
+        assert titles == ["1. Look around", "2. Light it", "3. Take the picture"]
+        fresh.until(lambda: not fresh.all("welcome"))
+        driver.refresh()
+        fresh.until(lambda: fresh.all("light-row"))
+        fresh.settled(lambda: len(fresh.all("welcome")))
+        assert not fresh.all("welcome")
+        fresh.click("help")
+        fresh.until(lambda: fresh.all("show-welcome")[0].click() is None)
+        fresh.until(lambda: fresh.all("welcome")[0].is_displayed())
+        fresh.settled(lambda: fresh.all("welcome-skip")[0].rect)
+        fresh.click("welcome-skip")
+        fresh.until(lambda: not fresh.all("welcome"))
+    finally:
+        driver.close()
+        driver.switch_to.window(first)
+
+
+def test_the_key_of_an_action_is_found_by_a_word(page, folder):
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    page.all("view")[0].find_element("css selector", "img, canvas, div").click()
+    ActionChains(page.driver).send_keys("?").perform()
+    page.until(lambda: len(page.all("key-row")) > 20)
+    page.settled(lambda: page.all("search-keys")[0].rect)
+    page.driver.save_screenshot(str(folder / "keys.png"))
+    page.input("search-keys").send_keys("Duplicate")
+    page.until(
+        lambda: (
+            [row.text.split() for row in page.all("key-row")]
+            == [["D", "in", "the", "view", "duplicate", "the", "light"]]
+        )
+    )
+    page.input("search-keys").send_keys(Keys.CONTROL, "a")
+    page.input("search-keys").send_keys("nothing", Keys.ESCAPE)
+    page.until(lambda: not page.all("keys"))
