@@ -27,6 +27,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.studio.gathering import Gathering
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.refining import Refining
+from pvphong.studio.softening import Softening
 
 
 class LightingWarning(UserWarning):
@@ -35,7 +36,6 @@ class LightingWarning(UserWarning):
     """
 
 
-_PREVIEW_SAMPLES = 16  # rays from each vertex to an area light during a drag
 _BEFORE_GIZMOS = 1.0  # observer priority: gizmos show the highlights of the updated meshes
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # characters per line; pixels from the lower left
 
@@ -63,7 +63,7 @@ class LitActors:
 
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
         self.uses_preview_rays = False
-        """True during a drag: shadows of area lights use few rays."""
+        """True during a drag: shadows of area lights are hard."""
         self.note = ""
         """Text to show while the colours are not final."""
         self.is_in_a_page = False
@@ -75,6 +75,8 @@ class LitActors:
         self.display = Display()
         """Transform that shows the colours; can be set at any time."""
         self.gathering = Gathering()
+        self.softening = Softening()
+        self._softened = 0  # the softening's count at the last refresh
         self._gathered = 0  # the gathering's count at the last refresh
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
@@ -125,7 +127,8 @@ class LitActors:
     @property
     def is_awaiting(self) -> bool:
         """True while a background computation has not delivered its result."""
-        return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
+        is_refining = any(each.is_awaited for each in self.refining.values())
+        return self.gathering.part is not None or self.softening.is_awaited or is_refining
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
         """Update a mesh's colours before each frame until its actor is removed. With a tolerance `refine`, show the
@@ -185,7 +188,10 @@ class LitActors:
                     unlit[mesh] = f"{which} cannot be lit and is not drawn: {error}"
         else:
             self.gathering.stop()
+            self.softening.stop()
         is_new = self._refine(unlit, waits)
+        if self.softening.count > self._softened:
+            self._softened, is_new = self.softening.count, True
         if self.gathering.count > self._gathered:
             self._gathered, is_new = self.gathering.count, True
             if self.gathering.reason:
@@ -208,7 +214,8 @@ class LitActors:
         if not refined:
             return False
         scene, is_new = self._scene(), False
-        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refine only final colours
+        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None
+        held |= self.softening.is_awaited  # refine only final colours
         for mesh, refining in refined.items():
             before = refining.pictures
             refining.update(scene, self.occluders_of(mesh, scene), self.display, held=held, waits=waits)
@@ -246,9 +253,13 @@ class LitActors:
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
         if model.needs_rays:
-            if self.uses_preview_rays and any(light.has_size for light in scene.lights):
-                samples, self.note = _PREVIEW_SAMPLES, f"preview shadows, {_PREVIEW_SAMPLES} rays per vertex"
             self._gather_occluders(meshes)
+            is_final = waits or bool(model.bounces) or not (self.is_in_a_page or self._is_on_screen)
+            how = {"held": self.uses_preview_rays, "waits": is_final}
+            samples = self.softening.samples(meshes, scene, self.occluders_of, **how)
+            self.note = self.softening.note
+        else:
+            self.softening.stop()
         bounced: dict[LitMesh, FloatArray] | None = {}
         if model.bounces:
 
@@ -332,6 +343,7 @@ class LitActors:
     def stop(self) -> None:
         """Cancel background computations; the next frame starts them again."""
         self.gathering.stop()
+        self.softening.stop()
         self.show_own_vertices()
 
     def release(self) -> None:

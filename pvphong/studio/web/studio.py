@@ -38,7 +38,8 @@ from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.effects import EFFECTS
-from pvphong.shading.plan.plan import Plan
+from pvphong.shading.plan.plan import Plan, load_compiled
+from pvphong.studio.background import Job
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
@@ -139,6 +140,7 @@ class Studio:
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
         self._histogram = LiveHistogram(subplot)
+        Job("loading", load_compiled)
         self._hurry = Hurry(subplot, self._later, self.draw)
         self._snapshots = Snapshots(self.document, subplot)
         self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
@@ -411,7 +413,7 @@ class Studio:
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.shown}
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        is_as_shown = self._subplot.lit.is_awaiting
+        is_as_shown = self._subplot.lit.is_awaiting and not self._subplot.lit.softening.is_awaited  # which ends soon
         file, scene = self._opening.file, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
