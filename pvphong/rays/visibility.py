@@ -13,7 +13,7 @@ import time
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,6 +47,9 @@ from pvphong.shading.visibility import Around
 # --- casting a receiver's rays
 
 _VERTICES_AT_ONCE = 2**16
+HARD = 0
+"""Number of samples that stands for hard shadows: one ray to the centre of each light with a size."""
+
 # Least number of rays per vertex, to a light and to the sky.
 _LEAST, _LEAST_OF_ALL_AROUND = 16, 64
 
@@ -66,7 +69,8 @@ class Tracer:
     tolerance : float
         Largest standard error of the colours of a white surface.
     samples : int or None
-        Fixed number of rays per vertex, used instead of the tolerance.
+        Fixed number of rays per vertex, in place of the tolerance. `HARD` casts one to the centre of each light, and
+        the least number to the sky.
     ambient : float
         Brightness of the sky. The errors of the sky are multiplied by it before they are compared with the tolerance.
     first : int
@@ -101,13 +105,16 @@ class Tracer:
         """
         if not light.has_size:
             return self._all_or_nothing_of(light, behind=behind)
+        if self.samples == HARD and not light.is_uniform:
+            center = light.nodes(1)[0]
+            return [seen for tracer in (self, *[self.turned] * behind) for seen in tracer._all_or_nothing_of(center)]
         return [tracer._part_of(light) for tracer in (self, *[self.turned] * behind)]
 
     def _origins(self, rows: Any) -> Float64Array:
         """Return the origins of the rays of some vertices, raised above the tangent planes by the resolution."""
         return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
 
-    def _all_or_nothing_of(self, light: Light, *, behind: bool) -> list[Seen]:
+    def _all_or_nothing_of(self, light: Light, *, behind: bool = False) -> list[Seen]:
         """Return the visibility of a light without a size, by one ray from the side of each vertex that faces the
         light.
 
@@ -205,7 +212,8 @@ class Tracer:
                 return Cast(*kernel.part_seen(stages, *given, compiled))
             return Cast(*part_by_arrays(sampling, *given, self.occluders))
 
-        options: Any = {"tolerance": self.tolerance, "samples": self.samples, "brightness": brightness, "least": least}
+        samples = least if self.samples == HARD else self.samples
+        options: Any = {"tolerance": self.tolerance, "samples": samples, "brightness": brightness, "least": least}
         options |= {"rays_at_once": self.occluders.rays_at_once, "around": self.around}
         return look(len(self.receiver.points), cast, self.receiver.faces.corners, **options)
 
@@ -298,7 +306,7 @@ class Visibility:
         if two_sided:
             other, errors = (each[rows:] for each in memory)
             self.behind = Visibility(tracer.turned, lights, labels, memory=(other, errors))
-        self._done: set[int] = set()
+        self._done: dict[int, int | None] = {}  # row → `Tracer.samples` of its rays
         self._rays, self._seconds = 0, 0.0
 
     @property
@@ -375,7 +383,7 @@ class Visibility:
         probe = self.afresh(samples=self._tracer.samples, rows=rows)
         for mine, its in zip(self._sides, probe._sides, strict=True):
             for done in mine._done:
-                its._keep(done, mine._parts[done, rows], mine._errors[done, rows])
+                its._keep(done, mine._parts[done, rows], mine._errors[done, rows], mine._done[done])
         self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  so that their time is not counted
         probe.channels(range(len(self.lights)), sky=True, behind=self.behind is not None)
         share = count / max(len(rows), 1)
@@ -394,16 +402,28 @@ class Visibility:
         """
         tracer, two_sided = replace(self._tracer, samples=samples), self.behind is not None
         result = Visibility(tracer, lights, labels, two_sided=two_sided)
-        is_as_good = self._tracer.samples in (None, samples)
-        before = {_geometry_of(light): index for index, light in enumerate(self._lights)}
-        places = [(index, before.get(_geometry_of(light))) for index, light in enumerate(result._lights)]
+        before = {geometry: index for index, geometry in enumerate(self.geometry)}
+        places = [(index, before.get(geometry)) for index, geometry in enumerate(result.geometry)]
+        places.append((len(result._lights), len(self._lights)))  # the sky
         for mine, its in zip(self._sides, result._sides, strict=True):
             for index, place in places:
-                if place in mine._done and (is_as_good or not result._lights[index].has_size):
-                    its._keep(index, mine._parts[place], mine._errors[place])
-            if len(self._lights) in mine._done and is_as_good:
-                its._keep(len(result._lights), mine._parts[-1], mine._errors[-1])
+                if place in mine._done and (not result._is_sampled(index) or mine._done[place] in (None, samples)):
+                    its._keep(index, mine._parts[place], mine._errors[place], mine._done[place])
         return result
+
+    @cached_property
+    def geometry(self) -> tuple[str, ...]:
+        """A key for each light of everything on which rays to it depend."""
+        return tuple(_geometry_of(light) for light in self._lights)
+
+    def _is_sampled(self, row: int) -> bool:
+        """Return True if the number of rays matters: to a light with a size, or to the sky."""
+        return row == len(self._lights) or self._lights[row].has_size
+
+    def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
+        """Return True if all requested rows are known, with as many rays as the tolerance needs."""
+        rows, sides = (*lights, *[len(self._lights)] * sky), self._sides if behind else (self,)
+        return all(row in s._done and (s._done[row] is None or not s._is_sampled(row)) for s in sides for row in rows)
 
     def afresh(self, *, samples: int | None = None, rows: IntArray | None = None) -> Visibility:
         """Return a copy without results. The copy shares the occluders, which take time to prepare.
@@ -521,9 +541,9 @@ class Visibility:
             remedy = "Recompute the visibility with mesh.phong.visibility(scene)."
             check.refuse("path", os.fspath(path), allowed, f"{type(error).__name__}: {error}. {remedy}")
 
-    def _keep(self, row: int, part: FloatArray, error: FloatArray) -> None:
+    def _keep(self, row: int, part: FloatArray, error: FloatArray, samples: int | None) -> None:
         self._parts[row], self._errors[row] = part, error
-        self._done.add(row)
+        self._done[row] = samples
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
         """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
@@ -545,7 +565,7 @@ class Visibility:
                     tracer = self._tracer
                     found = [tracer.sky()] if is_sky else tracer.light(self._lights[index], behind=both)
                 for side, seen in zip(self._sides, found, strict=False):
-                    side._keep(index, seen.part, seen.error)
+                    side._keep(index, seen.part, seen.error, self._tracer.samples)
                     side._rays += seen.rays
                 self._seconds += time.perf_counter() - start
         if behind and self.behind is not None:
@@ -630,7 +650,7 @@ def _restored(state: _State) -> Visibility:
     memory, two_sided = (state.seen, state.errors), len(state.done) == 2
     result = Visibility(state.tracer, state.lights, state.labels, two_sided=two_sided, memory=memory)
     for side, done in zip(result._sides, state.done, strict=True):
-        side._done.update(done)
+        side._done.update(dict.fromkeys(done, state.tracer.samples))
     result._rays, result._seconds = state.rays, state.seconds
     return result
 

@@ -2,6 +2,7 @@
 
 - `window_lights`: the lights of a renderer, as pvphong's lights and VTK's.
 - `lit_mesh`: one lit mesh. `lit_actors`: all lit meshes of a renderer.
+- `softening`: shadows that grow finer while nothing moves.
 - `gathering`: light that bounces between meshes. `refining`: the refined picture of one mesh. `background`: the threads
   in which both are computed. `coarse`: pictures of large meshes while something moves.
 - `gizmos`: handles in the window that place lights by hand.

@@ -28,6 +28,7 @@ from pvphong.shading.vertices import Vertices
 from pvphong.studio.gathering import Gathering
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.refining import Refining
+from pvphong.studio.softening import Softening
 
 
 class LightingWarning(UserWarning):
@@ -37,7 +38,6 @@ class LightingWarning(UserWarning):
     """
 
 
-_PREVIEW_SAMPLES = 16  # rays from each vertex to an area light during a drag
 _BEFORE_GIZMOS = 1.0  # observer priority: gizmos show the highlights of the updated meshes
 _MESSAGE_WIDTH, _MESSAGE_PLACE = 60, (10.0, 10.0)  # characters per line; pixels from the lower left
 
@@ -65,7 +65,7 @@ class LitActors:
 
     def __init__(self, renderer: pv.Renderer, scene: Callable[[], Scene]) -> None:
         self.uses_preview_rays = False
-        """True during a drag: shadows of area lights use few rays."""
+        """True during a drag: shadows of area lights are hard."""
         self.note = ""
         """Text to show while the colours are not final."""
         self.is_in_a_page = False
@@ -77,6 +77,8 @@ class LitActors:
         self.display = Display()
         """Transform that shows the colours; can be set at any time."""
         self.gathering = Gathering()
+        self.softening = Softening()
+        self._softened = 0  # the softening's count at the last refresh
         self._gathered = 0  # the gathering's count at the last refresh
         self._renderer, self._scene = renderer, scene
         self._meshes: list[LitMesh] = []
@@ -169,8 +171,9 @@ class LitActors:
 
     @property
     def is_awaiting(self) -> bool:
-        """True while bounced light or a refined picture is computed in the background."""
-        return self.gathering.part is not None or any(each.is_awaited for each in self.refining.values())
+        """True while soft shadows, bounced light or a refined picture are computed in the background."""
+        is_refining = any(each.is_awaited for each in self.refining.values())
+        return self.gathering.part is not None or self.softening.is_awaited or is_refining
 
     def add(self, mesh: LitMesh, refine: float | None = None) -> None:
         """Add a mesh. Its colours are updated before each frame, until its actor is removed.
@@ -232,7 +235,10 @@ class LitActors:
                     unlit[mesh] = f"{which} cannot be lit and is not drawn: {error}"
         else:
             self.gathering.stop()
+            self.softening.stop()
         is_new = self._refine(unlit, waits)
+        if self.softening.count > self._softened:
+            self._softened, is_new = self.softening.count, True
         if self.gathering.count > self._gathered:
             self._gathered, is_new = self.gathering.count, True
             if self.gathering.reason:
@@ -258,7 +264,8 @@ class LitActors:
         if not refined:
             return False
         scene, is_new = self._scene(), False
-        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None  # refine only final colours
+        held = self.uses_preview_rays or self.is_mixed or self.gathering.part is not None
+        held |= self.softening.is_awaited  # refine only final colours
         for mesh, refining in refined.items():
             before = refining.pictures
             refining.update(scene, self.occluders_of(mesh, scene), self.display, held=held, waits=waits)
@@ -299,9 +306,13 @@ class LitActors:
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
         if model.needs_rays:
-            if self.uses_preview_rays and any(light.has_size for light in scene.lights):
-                samples, self.note = _PREVIEW_SAMPLES, f"preview shadows, {_PREVIEW_SAMPLES} rays per vertex"
             self._gather_occluders(meshes)
+            is_final = waits or bool(model.bounces) or not (self.is_in_a_page or self._is_on_screen)
+            how = {"held": self.uses_preview_rays, "waits": is_final}
+            samples = self.softening.samples(meshes, scene, self.occluders_of, **how)
+            self.note = self.softening.note
+        else:
+            self.softening.stop()
         bounced: dict[LitMesh, FloatArray] | None = {}
         if model.bounces:
 
@@ -384,6 +395,7 @@ class LitActors:
     def stop(self) -> None:
         """Cancel background computations; the next frame starts them again."""
         self.gathering.stop()
+        self.softening.stop()
         self.show_own_vertices()
 
     def release(self) -> None:

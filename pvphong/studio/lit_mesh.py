@@ -139,14 +139,35 @@ class LitMesh:
         Parameters and errors are those of `refresh`.
         """
         visibility = None
-        if (model := scene.light_model).needs_rays:
-            key = self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
-            if self._visibility is not None and self._visibility[0] == key:
-                visibility = self._visibility[1].for_lights(scene.world_lights, light_labels(scene), samples)
-            else:
-                how: dict[str, Any] = {"occluders": occluders or (), "samples": samples, "matrix": self.matrix}
-                visibility = visibility_of(self.drawn, lambda: self.normals, scene, **how)
-            self._visibility = key, visibility
+        if scene.light_model.needs_rays:
+            visibility = self._seen(scene, occluders, samples)
+            self.know(visibility, occluders, scene)
+        return self._planned(scene, visibility)
+
+    def final_visibility(self, scene: Scene, occluders: KnownOccluders | None) -> tuple[Plan, Visibility]:
+        """Return the plan, and the visibility that it reads, with as many rays as accuracy needs; none is cast yet."""
+        visibility = self._seen(scene, occluders, None)
+        return self._planned(scene, visibility)[0], visibility
+
+    def know(self, visibility: Visibility, occluders: KnownOccluders | None, scene: Scene) -> None:
+        """Set the visibility whose results are used as long as meshes and lights stay where they are."""
+        self._visibility = self._visible_in(occluders, scene), visibility
+
+    def _visible_in(self, occluders: KnownOccluders | None, scene: Scene) -> Any:
+        """Return a stamp of everything on which visibility depends, apart from lights."""
+        model = scene.light_model
+        return self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
+
+    def _seen(self, scene: Scene, occluders: KnownOccluders | None, samples: int | None) -> Visibility:
+        """Return the visibility in a scene, with the results that are known and good enough."""
+        if self._visibility is not None and self._visibility[0] == self._visible_in(occluders, scene):
+            known = self._visibility[1]
+        else:
+            how: dict[str, Any] = {"occluders": occluders or (), "matrix": self.matrix}
+            known = visibility_of(self.drawn, lambda: self.normals, scene, **how)
+        return known.for_lights(scene.world_lights, light_labels(scene), samples)
+
+    def _planned(self, scene: Scene, visibility: Visibility | None) -> tuple[Plan, Vertices]:
         vertices = self._vertices(visibility)
         return Plan.of(scene, self.material, vertices, matrix=self.matrix), vertices
 
@@ -192,7 +213,7 @@ class LitMesh:
         occluders : KnownOccluders, optional
             Occluders for shadows and ambient occlusion; by default only the mesh itself.
         samples : int, optional
-            Number of rays from each vertex to an area light; by default as many as accuracy needs.
+            Number of rays from each vertex to an area light, or `HARD`; by default as many as accuracy needs.
         bounced : ndarray, optional
             Bounced light, shape (1, n, 3). A change is detected by identity, so pass a new array instead of editing the
             last one.

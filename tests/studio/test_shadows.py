@@ -143,7 +143,7 @@ def test_only_what_moved_is_traced_again(window, counted):
     assert (len(counted["casters"]), len(counted["skies"])) == (casters, skies)
 
 
-def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypatch):
+def test_a_drag_has_hard_shadows_and_its_end_soft_ones(window, monkeypatch):
     w = window(BALL, SUN)
     efforts, look = [], visibility.look
     monkeypatch.setattr(visibility, "look", lambda *what, samples, **how: (
@@ -152,8 +152,13 @@ def test_a_drag_takes_few_rays_and_its_end_as_many_as_it_takes(window, monkeypat
     mouse = Mouse(w.plotter)
     end = mouse.pull(mouse.at("ball", "position"), (3, 1))
     w.plotter.render()
-    assert set(efforts) == {16}
-    assert "preview shadows, 16 rays per vertex" in w.phong._subplot.lit.note
+    assert efforts == []
+    lit_mesh = w.phong.mesh(w.floor)._lit
+    place = next(light.position for light in w.phong.lights if light.name == "ball")
+    scene = replace(w.phong.scene, lights=[ph.PointLight(position=place), SUN])
+    hard = w.ground.phong.visibility(scene, occluders=[hat()]).per_light
+    np.testing.assert_array_equal(lit_mesh._visibility[1].per_light, hard)
+    assert "hard shadows until the drag ends" in w.phong._subplot.lit.note
     rough = w.shown.copy()
     efforts.clear()
     mouse.release(end)

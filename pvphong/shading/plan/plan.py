@@ -20,8 +20,10 @@ from pvphong.base.text import html_table, rendered, wrapped
 from pvphong.base.types import Backend, ByteArray, FloatArray, MatrixLike, Precision
 from pvphong.geometry.extent import ANYWHERE
 from pvphong.geometry.transform import normal_matrix
+from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.material import Material
 from pvphong.scene.scene import Scene
+from pvphong.scene.viewer import Viewer
 from pvphong.shading import interreflection, kernel, reference
 from pvphong.shading.equation import Equation, in_parts, relative_to_mesh
 from pvphong.shading.interreflection import Radiosity
@@ -341,3 +343,13 @@ def is_worth_loading(count: int, equation: Equation) -> bool:
     """
     lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
     return count * lights >= _WORTH_LOADING
+
+
+def load_compiled() -> None:
+    """Load the compiled evaluator, if its code has been compiled, so that windows use it for small meshes too.
+
+    It takes half a second or more, and may be called in another thread.
+    """
+    vertices = Vertices(np.zeros((1, 3), np.float32), np.array([[0.0, 0.0, 1.0]], np.float32))
+    planned = Plan.of(Scene([LIGHT_TYPES["directional"]()], Viewer()), Material(), vertices)
+    planned.run(vertices, among=_WORTH_LOADING)

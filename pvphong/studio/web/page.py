@@ -48,6 +48,7 @@ _SIZE = (
 
 _STYLE = """
 html { overflow: hidden !important }
+.v-application.v-theme--light, .v-application .v-theme--light { --v-medium-emphasis-opacity: .75 }
 .studio-view { position: absolute; inset: 0; touch-action: none }
 .studio-view:focus-within { outline: 2px solid rgb(var(--v-theme-primary)); outline-offset: -2px }
 .v-application .v-btn:not(.v-btn--icon),
@@ -117,6 +118,9 @@ _ALT = """
 """
 """Gives the image of the view its alternative text, which trame's component does not."""
 
+_ZOOM = "document.querySelector('meta[name=viewport]').content = 'width=device-width, initial-scale=1';"
+"""Lets phones enlarge the page, which trame's own page forbids."""
+
 _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 """JavaScript expression for whether the panels are open. At first, they are open if there is room next to the view."""
 
@@ -151,7 +155,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
-        client.Script(_KEYS + _STEPS + FINE + _ALT + help.SCRIPT)
+        client.Script(_KEYS + _STEPS + FINE + _ALT + _ZOOM + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
                 html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")

@@ -38,7 +38,8 @@ from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
-from pvphong.shading.plan.plan import Plan
+from pvphong.shading.plan.plan import Plan, load_compiled
+from pvphong.studio.background import Job
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
@@ -147,6 +148,7 @@ class Studio:
         self._cameras = Cameras(subplot)
         self._turntable = Turntable(self.show)
         self._histogram = LiveHistogram(subplot)
+        Job("loading", load_compiled)
         self._hurry = Hurry(subplot, self._later, self.draw)
         self._snapshots = Snapshots(self.document, subplot)
         self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
@@ -459,7 +461,7 @@ class Studio:
         stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
-        is_as_shown = self._subplot.lit.is_awaiting
+        is_as_shown = self._subplot.lit.is_awaiting and not self._subplot.lit.softening.is_awaited  # which ends soon
         file, scene = self._opening.file, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
