@@ -14,6 +14,7 @@ import asyncio
 import hmac
 import ipaddress
 import secrets
+import socket
 import tempfile
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
@@ -68,7 +69,7 @@ class Access:
     """
 
     def __init__(self, host: str) -> None:
-        self._is_local = is_loopback(host)
+        self._host, self._is_local = host, is_loopback(host)
         self.token = "" if self._is_local else secrets.token_urlsafe(24)
         """Secret first folder of all paths; "" on a loopback address."""
 
@@ -76,6 +77,17 @@ class Access:
     def root(self) -> str:
         """Prefix of all paths."""
         return f"/{self.token}/" if self.token else "/"
+
+    def address_at(self, port: int) -> str:
+        """Return the address of the page on a port."""
+        host = self._host
+        if host in ("0.0.0.0", "::"):
+            host = socket.gethostname()
+            try:
+                socket.getaddrinfo(host, None)
+            except OSError:
+                host = "127.0.0.1"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}{self.root}"
 
     def guard(self, app: web.Application) -> None:
         """Check every request of an application, and move its routes below the root."""

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
 
+from pvphong.meshes.lit import plan
+from pvphong.meshes.surfaces import shallow_copy
+from pvphong.scene.scene import Scene
 from pvphong.shading.plan.effects import EFFECTS
 from pvphong.shading.plan.plan import Plan
+from pvphong.studio.lit_actors import LitActors
+from pvphong.studio.lit_mesh import LitMesh
+from pvphong.studio.refining import Refining
 from pvphong.studio.web.messages import Remedy
 from pvphong.studio.web.settings import Accuracy
 
@@ -44,7 +51,7 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) ->
     is_refined : bool
         True if refining has reached its tolerance.
     """
-    error = max((plan.error_bound for plan in plans), default=0.0)
+    error = max((made.error_bound for made in plans), default=0.0)
     has_edges = any(plan.effects[name].on for plan in plans for name in ("shadow", "cone"))
     if accuracy.refine is None:
         between = " and blended between them" + (", so edges of shadows may look ragged" if has_edges else "")
@@ -80,13 +87,52 @@ def _in_steps(error: float) -> str:
 def _left_out(plans: Sequence[Plan]) -> str:
     """Return the lights and parts of lights that the plans leave out, with reasons; "" if there are none."""
     found: dict[str, None] = {}  # keeps the order
-    for plan in plans:
-        for decision in plan.effects.values():
+    for made in plans:
+        for decision in made.effects.values():
             if match := _LEFT_OUT.search(decision.why):
                 for each in match["what"].split("; "):
                     light, _, reason = each.partition(": ")
                     found[f"{light} ({reason})" if reason else light] = None
     return ", ".join(found)
+
+
+def refined_text(refining: Mapping[LitMesh, Refining], *, is_mixed: bool) -> str:
+    """Return a text on the refined picture that is shown; "" if nothing is refined.
+
+    Parameters
+    ----------
+    refining : mapping
+        The refinement of each mesh.
+    is_mixed : bool
+        True if the faders of a mix are on, which show the meshes as they are.
+    """
+    if not refining:
+        return ""
+    awaited = [each for each in refining.values() if each.is_awaited]
+    reason = next((each.reason for each in refining.values() if each.reason), "")
+    if is_mixed:
+        return "not refined: a mix is on"
+    added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
+    if not added and (awaited or reason):
+        return "refining" if awaited else f"not refined: {reason}"
+    said = f"refined, {added:,} points added" if added else ""
+    if not awaited and not reason:
+        return said
+    reached = [each.reached or 0.0 for each in refining.values()]
+    within = f", error up to {max(reached):.2g}" if all(reached) else ""
+    return said + within + (f"; {reason}" if reason else " so far")
+
+
+def plans_of(lit: LitActors, scene: Scene, tolerance: float) -> dict[LitMesh, Plan]:
+    """Return the plan of each visible mesh; none for a mesh that cannot be lit, as the view shows the reason."""
+    found = dict[LitMesh, Plan]()
+    for mesh in lit.shown:
+        surface = shallow_copy(mesh.drawn)
+        surface.point_data.active_normals = mesh.normals
+        with suppress(ValueError):
+            where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": lit.others(mesh)}
+            found[mesh] = plan(surface, scene, mesh.material, tolerance=tolerance, **where)
+    return found
 
 
 def rows_of(made: Plan) -> list[list[str]]:

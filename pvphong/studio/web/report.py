@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pyvista as pv
+from aiohttp import web
 
 from pvphong.base.processes import environment
 from pvphong.base.text import listening
@@ -89,6 +90,11 @@ class Measuring:
             self._task = None
         if self.report.running:
             self._show(Report(doing="cancelled"))
+
+    async def answer(self, _request: web.Request) -> web.StreamResponse:
+        """Answer a request for the report's figure."""
+        figure = self.report.figure
+        return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
 
     def _show(self, report: Report) -> None:
         self.report = report

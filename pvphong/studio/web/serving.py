@@ -80,7 +80,7 @@ def serve(
     if _is_in_loop():
         studio = Studio(plotter, subplot, history, **options)
         studio.start(port)
-        return StudioFrame(studio, studio.address_at(port))
+        return StudioFrame(studio, studio.access.address_at(port))
 
     async def run() -> None:
         await Studio(plotter, subplot, history, **options).serve(port, browser=browser)

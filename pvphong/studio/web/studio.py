@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import inspect
 import itertools
-import socket
 import weakref
 import webbrowser
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,10 +28,9 @@ from pvphong.base.types import Float64Array
 from pvphong.meshes import colormaps
 from pvphong.meshes.blocks import DEFAULT, map_blocks
 from pvphong.meshes.files import read, read_texture
-from pvphong.meshes.lit import plan
 from pvphong.meshes.pictures import TRANSPARENT, refuse_size
 from pvphong.meshes.stages import Stage
-from pvphong.meshes.surfaces import shallow_copy, surface
+from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
@@ -47,7 +45,7 @@ from pvphong.studio.web.access import Access, Messages, no_launcher, upload
 from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Picture, reading_file
-from pvphong.studio.web.exactness import exactness, rows_of, summary_of
+from pvphong.studio.web.exactness import exactness, plans_of, refined_text, rows_of, summary_of
 from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
 from pvphong.studio.web.hurry import TRIGGERS, Hurry
@@ -303,7 +301,7 @@ class Studio:
             "gathering": None if part is None else round(100.0 * part),
             "refining": round(100.0 * min(each.part for each in awaited)) if awaited else None,
             "refining_paused": any(each.is_paused for each in awaited),
-            "refined": self._refined(),
+            "refined": refined_text(refining, is_mixed=self.document.mix.is_on),
             "exactness": self._exactness(),
         }
 
@@ -311,25 +309,6 @@ class Studio:
         """Return the sentence on how exact the picture is, and its button."""
         exact = exactness(self._plans, self.document.accuracy, is_refined=self._is_refined)
         return {"text": exact.text, **exact.improve._asdict()}
-
-    def _refined(self) -> str:
-        """Return a text on the refined picture that is shown; "" if nothing is refined."""
-        refining = self._subplot.lit.refining
-        if not refining:
-            return ""
-        awaited = [each for each in refining.values() if each.is_awaited]
-        reason = next((each.reason for each in refining.values() if each.reason), "")
-        if self.document.mix.is_on:
-            return "not refined: a mix is on"
-        added = sum(mesh.actor.mapper.dataset.n_points - mesh.drawn.n_points for mesh in refining if mesh.actor)
-        if not added and (awaited or reason):
-            return "refining" if awaited else f"not refined: {reason}"
-        said = f"refined, {added:,} points added" if added else ""
-        if not awaited and not reason:
-            return said
-        reached = [each.reached or 0.0 for each in refining.values()]
-        within = f", error up to {max(reached):.2g}" if all(reached) else ""
-        return said + within + (f"; {reason}" if reason else " so far")
 
     def _show(self) -> None:
         with self.server.state as state:
@@ -373,22 +352,16 @@ class Studio:
         )
         if known == self._planned_for:
             return
-        self._planned_for, shown, plans = known, [], list[Plan]()
-        for mesh in meshes:
-            lit = shallow_copy(mesh.drawn)
-            lit.point_data.active_normals = mesh.normals
-            with suppress(ValueError):  # the view shows why the mesh cannot be lit
-                where: dict[str, Any] = {"matrix": mesh.matrix, "occluders": self._subplot.lit.others(mesh)}
-                made = plan(lit, scene, mesh.material, tolerance=tolerance, **where)
-                plans.append(made)
-                shown.append(
-                    {"name": self.document.mesh_name(mesh), "rows": rows_of(made), "accuracy": summary_of(made)}
-                )
+        self._planned_for, plans = known, plans_of(self._subplot.lit, scene, tolerance)
+        shown = [
+            {"name": self.document.mesh_name(mesh), "rows": rows_of(made), "accuracy": summary_of(made)}
+            for mesh, made in plans.items()
+        ]
         try:
             script = self.downloads.script()
         except ValueError as error:
             script = f"# {error}"
-        self._plans = plans
+        self._plans = list(plans.values())
         with self.server.state as state:
             state.exactness = self._exactness()
             state.plan = {"accuracy": shown[0]["accuracy"] if shown else "", "meshes": shown}
@@ -597,10 +570,6 @@ class Studio:
         self._turntable.start(self.downloads, pictures_in(pictures), self._done)
         self.show()
 
-    async def _figure(self, _request: web.Request) -> web.StreamResponse:
-        figure = self._measuring.report.figure
-        return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
-
     def mark_worst(self, on: Any) -> None:
         """Show or hide marks at the vertices with the largest errors."""
         self._subplot.renderer.remove_actor(_MARKS, render=False)
@@ -648,7 +617,7 @@ class Studio:
         server.app.on_shutdown.append(end)
         server.app.router.add_post("/paraview/", no_launcher)
         server.app.router.add_get("/take/{what}", self._give)
-        server.app.router.add_get("/report/{number}.png", self._figure)
+        server.app.router.add_get("/report/{number}.png", self._measuring.answer)
         server.app.router.add_get("/turntable/{name}.gif", self._turntable.answer)
         server.app.router.add_get("/snapshot/{number}.jpg", pictures(self._snapshots))
         server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
@@ -659,17 +628,6 @@ class Studio:
             ("texture", IMAGES, self._take_texture),
         ):
             server.app.router.add_post(f"/bring/{what}", upload(suffixes, take, self._done))
-
-    def address_at(self, port: int) -> str:
-        """Return the address of the page on a port."""
-        host = self._host
-        if host in ("0.0.0.0", "::"):
-            host = socket.gethostname()
-            try:
-                socket.getaddrinfo(host, None)
-            except OSError:
-                host = "127.0.0.1"
-        return f"http://{f'[{host}]' if ':' in host else host}:{port}{self.access.root}"
 
     def start(self, port: int) -> None:
         """Start serving."""
@@ -698,7 +656,7 @@ class Studio:
             await self._begun()
             if self._serving.done():
                 self._serving.result()  # raises the reason
-            address = self.address_at(self.server.port)
+            address = self.access.address_at(self.server.port)
             print(address, flush=True)
             if browser:
                 webbrowser.open(address)
