@@ -8,7 +8,6 @@ light's icon, creates its handles, and draws and describes them. A role that is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -23,7 +22,7 @@ from pvphong.optics.attenuation import distance_of
 from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Angle, Corners, Falloff, Length, Place, Power, Role, Turn, Up, Width
 from pvphong.studio.gizmos.drawing import Drawing, circle
-from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, vector
+from pvphong.studio.gizmos.view import STANDS_OFF, Cursor, DragStart, Scenery, View, nearest, vector
 
 ORIGIN = "origin"
 """Name of the handle at the icon of a light without a position. The light's aim has another handle, at the target."""
@@ -446,7 +445,7 @@ class AngleHandle(Handle):
         """Return the light whose cone's rim is nearest to the cursor on the screen; snapping rounds the angle."""
         least, most = self.role.least + _MARGIN, self.role.most - _MARGIN
         tried = np.linspace(least, most, 81)
-        best = _nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
+        best = nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
         if best is None:
             return self.light
         if cursor.snapping:
@@ -603,7 +602,7 @@ class TurnHandle(Handle):
             turns = np.radians(turns)[:, None]
             return np.asarray(middle + far * (np.cos(turns) * ahead - np.sin(turns) * right))
 
-        turn = _nearest(start, cursor, fronts, _TURNS, _RELUCTANCE)
+        turn = nearest(start, cursor, fronts, _TURNS, _RELUCTANCE)
         if turn is None:
             return light
         degrees = self.value + turn
@@ -633,44 +632,6 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
     Falloff: FalloffHandle,
     Turn: TurnHandle,
 }
-
-
-def _nearest(
-    start: DragStart,
-    cursor: Cursor,
-    places: Callable[[Any], Float64Array],
-    tried: Float64Array,
-    reluctance: float = 0.0,
-) -> float | None:
-    """Search for the number whose world point appears nearest to the handle's new place on the screen.
-
-    Parameters
-    ----------
-    start, cursor
-        The drag.
-    places : callable
-        Maps numbers, shape (n,), to their world points, shape (n, 3).
-    tried : numpy.ndarray
-        Increasing, evenly spaced candidates. The best one is then refined.
-    reluctance : float, default 0
-        Penalty in pixels per unit of the number's absolute value.
-
-    Returns
-    -------
-    float or None
-        None if the cursor has not moved, or no point is visible.
-    """
-    if not start.motion(cursor).any():
-        return None
-    best, limits, step = 0.0, (tried[0], tried[-1]), float(tried[1] - tried[0])
-    for _ in range(5):  # each round refines the step around the best by a factor of 20
-        off = np.linalg.norm(start.view.project(places(tried)) - start.picture(cursor), axis=1)
-        if np.isnan(off).all():
-            return None
-        best = float(tried[np.nanargmin(off + reluctance * np.abs(tried))])
-        tried = np.clip(best + step * np.linspace(-1.0, 1.0, 41), *limits)
-        step /= 20.0
-    return best
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:

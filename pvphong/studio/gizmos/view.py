@@ -6,8 +6,10 @@ This module does not depend on a window. A drag is a function of `DragStart` and
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -332,3 +334,41 @@ def vector(values: VectorLike | Float64Array) -> Vector:
     """Convert three numbers to a tuple of Python floats."""
     x, y, z = (float(value) for value in values)
     return x, y, z
+
+
+def nearest(
+    start: DragStart,
+    cursor: Cursor,
+    places: Callable[[Any], Float64Array],
+    tried: Float64Array,
+    reluctance: float = 0.0,
+) -> float | None:
+    """Search for the number whose world point appears nearest to the handle's new place on the screen.
+
+    Parameters
+    ----------
+    start, cursor
+        The drag.
+    places : callable
+        Maps numbers, shape (n,), to their world points, shape (n, 3).
+    tried : numpy.ndarray
+        Increasing, evenly spaced candidates. The best one is then refined.
+    reluctance : float, default 0
+        Penalty in pixels per unit of the number's absolute value.
+
+    Returns
+    -------
+    float or None
+        None if the cursor has not moved, or no point is visible.
+    """
+    if not start.motion(cursor).any():
+        return None
+    best, limits, step = 0.0, (tried[0], tried[-1]), float(tried[1] - tried[0])
+    for _ in range(5):  # each round refines the step around the best by a factor of 20
+        off = np.linalg.norm(start.view.project(places(tried)) - start.picture(cursor), axis=1)
+        if np.isnan(off).all():
+            return None
+        best = float(tried[np.nanargmin(off + reluctance * np.abs(tried))])
+        tried = np.clip(best + step * np.linspace(-1.0, 1.0, 41), *limits)
+        step /= 20.0
+    return best
