@@ -15,7 +15,7 @@ ORDER = (
     *("lit_airplane", "lights_as_data"),
     *("lights_with_a_size", "metal_and_plastic", "reflectances", "opengl_defaults"),
     *("shadows_as_data", "crisp_shadows", "coarse_shadows", "light_that_bounces", "phong_and_the_truth"),
-    *("city_in_the_sun", "terrain_year"),
+    *("room_in_lux", "city_in_the_sun", "terrain_year"),
     *("place_lights", "live_window", "moving_light", "studio", "in_a_browser"),
     *("normals_under_shear", "hard_cases", "only_what_it_needs", "accuracy_costs_time", "many_files"),
 )

@@ -13,6 +13,7 @@ In reading order:
 - `supervisor`: parent process, which reports a crash of its child in one line.
 - `app`: table of commands, which are imported on demand.
 - `options`: common options, reading of inputs, and progress.
+- `irradiance`: command that computes the light that arrives, in the unit of the lights.
 - `shade`, `reports` (`plan`, `validate`, `tradeoff`, `diagnose`), `view`, `studio`, `demo`: commands, which call
   `mesh.phong` or `plotter.phong`.
 - `daylight`: command for sun and sky over time.

@@ -25,6 +25,10 @@ _COMMANDS = {
         "shade:shade",
         "Light a mesh and write it with its colours, or write a picture of it; or light many meshes into a folder.",
     ),
+    "irradiance": (
+        "irradiance:irradiance",
+        "Compute the light that arrives at a mesh, in the unit of the lights, such as lux; write arrays or a picture.",
+    ),
     "view": ("view:view", "Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys."),
     "studio": (
         "studio:studio",

@@ -147,11 +147,11 @@ class Lighting:
         else:
             found = ({} if self.scene is None else load_materials(self.scene)) or {DEFAULT: Material()}
         given = {name: getattr(self, name) for name in ("ambient", *COLORS, "shininess")}
-        changes: dict[str, Any] = {name: _value(text) for name, text in given.items() if text is not None}
+        changes: dict[str, Any] = {name: parsed(text) for name, text in given.items() if text is not None}
         if self.scalars is not None:
             if self.albedo is not None:
                 check.refuse("--albedo", self.albedo, "omitted with --scalars, which set the albedo")
-            clim = None if self.clim is None else _value(self.clim)
+            clim = None if self.clim is None else parsed(self.clim)
             cmap: Any = self.cmap.split(",") if self.cmap is not None and "," in self.cmap else self.cmap
             changes["albedo"] = Colormap(self.scalars, cmap, clim)
         for option, text in {"--cmap": self.cmap, "--clim": self.clim}.items():
@@ -243,7 +243,7 @@ def _reflectance(text: str) -> Reflectance:
     known, given = [each.name for each in fields(kind)], dict[str, ColorLike]()
     for part in parts:
         field, separator, value = part.partition("=")
-        given[check.choice(f"--reflectance {name}", field, known)] = _value(value)
+        given[check.choice(f"--reflectance {name}", field, known)] = parsed(value)
         if not separator:
             check.refuse(f"--reflectance {name}", part, "followed by fields, as in name:field=value")
     missing = [each.name for each in fields(kind) if each.default is MISSING and each.name not in given]
@@ -252,7 +252,7 @@ def _reflectance(text: str) -> Reflectance:
     return kind(**given)
 
 
-def _value(text: str) -> ColorLike:
+def parsed(text: str) -> ColorLike:
     """Parse a number, or numbers separated by commas. Other text is returned unchanged, for `Material` to check."""
     try:
         numbers = [float(part) for part in text.split(",")]

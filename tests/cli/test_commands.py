@@ -21,7 +21,7 @@ from pvphong.cli.options import Lighting
 from pvphong.meshes.blocks import leaves
 from pvphong.meshes.default_scene import default_scene
 
-COMMANDS = ["demo", "shade", "view", "plan", "validate", "tradeoff", "diagnose", "daylight", "compile"]
+COMMANDS = ["demo", "shade", "irradiance", "view", "plan", "validate", "tradeoff", "diagnose", "daylight", "compile"]
 COLUMNS = 80
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
+import radiance
 from photometric_files import eulumdat, ies
 from scipy.interpolate import RegularGridInterpolator
 from strategies import unit
@@ -231,25 +230,11 @@ RADIANCE = {
 
 def of_radiance(path: Path, ways) -> np.ndarray:
     """Return intensities by `ies2rad` and `rtrace`, at 4 m from a small sphere."""
-    pyradiance = pytest.importorskip("pyradiance", reason="Radiance is not installed (pip install pyradiance)")
-    home = Path(pyradiance.__file__).parent
-    found = dict(
-        os.environ, RAYPATH=f"{home / 'lib'}{os.pathsep}.", PATH=f"{home / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    )
-
-    def run(*command: str, given: str | None = None) -> bytes:
-        given_bytes = None if given is None else given.encode()
-        return subprocess.run(
-            command, cwd=path.parent, env=found, input=given_bytes, capture_output=True, check=True
-        ).stdout
-
-    run("ies2rad", "-dm", "-t", "default", "-i", "0.005", "-o", path.stem, path.name)
-    (path.parent / "scene.oct").write_bytes(run("oconv", f"{path.stem}.rad"))
-    rays = "\n".join(" ".join(f"{x:.9g}" for x in (*(4.0 * way), *(-way))) for way in ways)
-    options = ("-h", "-I", "-ab", "0", "-dj", "0", "-ds", "0", "-dt", "0", "-dc", "1")
-    printed = run("rtrace", *options, "scene.oct", given=rays).decode().split()
-    watts = np.array(printed, float).reshape(-1, 3) @ (0.265, 0.670, 0.065)  # Radiance's weights
-    return watts * 179.0 * 16.0
+    radiance.run(path.parent, "ies2rad", "-dm", "-t", "default", "-i", "0.005", "-o", path.stem, path.name)
+    options = ("-ab", "0", "-dj", "0", "-ds", "0", "-dt", "0", "-dc", "1")
+    scene = path.with_suffix(".rad").read_text()
+    watts = radiance.irradiance(path.parent, scene, 4.0 * ways, -ways, *options) @ (0.265, 0.670, 0.065)  # its weights
+    return watts * radiance.WATTS_TO_LUMENS * 16.0
 
 
 @pytest.mark.parametrize("lamp", RADIANCE)
