@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 import pyvista as pv
-from radiance import needs_radiance, radiance, rows
+from radiance import rows, run
 
 import pvphong as ph
 
@@ -83,7 +83,6 @@ SAMPLED = "-ab", 1, "-ad", 2048, "-as", 0, "-aa", 0, "-lr", 4, "-lw", 1e-9, "-dc
 DIRECT = "-ab", 0, "-dt", 0, "-dj", 0
 
 
-@needs_radiance
 @pytest.mark.parametrize(("when", "direct", "diffuse"), MOMENTS)
 def test_a_moment_in_a_city(city, when, direct, diffuse):
     """Bias within 1 % and rms within 3 % of the mean irradiance, and the same sun.
@@ -94,14 +93,14 @@ def test_a_moment_in_a_city(city, when, direct, diffuse):
     folder, sites, occluders = city
     sun = ph.sun_position(when, MUNICH)
     angles = sun.altitude[0], sun.azimuth[0] - 180.0  # Radiance counts from the south
-    sky = radiance("gendaylit", "-ang", *angles, "-W", direct, diffuse, "-O", 1, "-g", 0.2).decode()
+    sky = run(None, "gendaylit", "-ang", *angles, "-W", direct, diffuse, "-O", 1, "-g", 0.2).decode()
     (folder / "sky.rad").write_text(sky + GLOW.format("sky", 1) + GLOW.format("ground", -1))
     (folder / "sun.rad").write_text(sky[: sky.index("void brightfunc")])
     given = lines(sites[:, :3] + 1e-3 * sites[:, 3:], sites[:, 3:])
     theirs = []
     for name, options in (("sky", SAMPLED), ("sun", DIRECT)):
-        (folder / "scene.oct").write_bytes(radiance("oconv", "city.rad", f"{name}.rad", folder=folder))
-        theirs.append(rows(radiance("rtrace", "-h", "-I+", *options, "scene.oct", given=given, folder=folder))[:, 0])
+        (folder / "scene.oct").write_bytes(run(folder, "oconv", "city.rad", f"{name}.rad"))
+        theirs.append(rows(run(folder, "rtrace", "-h", "-I+", *options, "scene.oct", given=given))[:, 0])
     from_sun = theirs[1]
     from_sky = (theirs[0] - from_sun) * (diffuse / (theirs[0] - from_sun)[-1])
     cloud = pv.PolyData(sites[:, :3])
@@ -129,7 +128,6 @@ def near_an_edge(at, houses):
     return found
 
 
-@needs_radiance
 def test_one_bounce_in_a_city(tmp_path):
     """Light of sun and sky that grey surfaces reflect once: bias within 2 %, and 2 % rms of all light."""
     houses, when, direct, diffuse, albedo = list(boxes()), "2026-06-21T10:00+02:00", 600, 100, 0.4
@@ -145,16 +143,16 @@ def test_one_bounce_in_a_city(tmp_path):
     given = lines(at[chosen] + 0.01 * normals[chosen], normals[chosen])
     sun = ph.sun_position(when, MUNICH)
     angles = sun.altitude[0], sun.azimuth[0] - 180.0
-    sky = radiance("gendaylit", "-ang", *angles, "-W", direct, diffuse, "-O", 1, "-g", albedo).decode()
+    sky = run(None, "gendaylit", "-ang", *angles, "-W", direct, diffuse, "-O", 1, "-g", albedo).decode()
     split = sky.index("void brightfunc")
     (tmp_path / "sun.rad").write_text(sky[:split])
     (tmp_path / "sky.rad").write_text(sky[split:] + GLOW.format("sky", 1) + GLOW.format("ground", -1))
     bounced = np.zeros(len(chosen))
     for name, after, before in (("sun", 1, 0), ("sky", 2, 1)):  # a sky is itself found by the first bounce of a ray
-        (tmp_path / "scene.oct").write_bytes(radiance("oconv", "city.rad", f"{name}.rad", folder=tmp_path))
+        (tmp_path / "scene.oct").write_bytes(run(tmp_path, "oconv", "city.rad", f"{name}.rad"))
         for bounces, sign in ((after, 1.0), (before, -1.0)):
             options = *SAMPLED[2:], "-ab", bounces
-            found = rows(radiance("rtrace", "-h", "-I+", *options, "scene.oct", given=given, folder=tmp_path))
+            found = rows(run(tmp_path, "rtrace", "-h", "-I+", *options, "scene.oct", given=given))
             bounced += sign * found[:, 0]
     ours = (light.reflected - plain.reflected)[chosen]
     assert ours.mean() == pytest.approx(bounced.mean(), rel=0.02)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+import radiance
 from photometric_files import eulumdat, ies
-from radiance import WATTS_TO_LUMENS, irradiance, needs_radiance, radiance
 from scipy.interpolate import RegularGridInterpolator
 from strategies import unit
 
@@ -230,15 +230,13 @@ RADIANCE = {
 
 def of_radiance(path: Path, ways) -> np.ndarray:
     """Return intensities by `ies2rad` and `rtrace`, at 4 m from a small sphere."""
-    words = "ies2rad", "-dm", "-t", "default", "-i", 0.005, "-o", path.stem, path.name
-    radiance(*words, folder=path.parent)
+    radiance.run(path.parent, "ies2rad", "-dm", "-t", "default", "-i", "0.005", "-o", path.stem, path.name)
     options = ("-ab", "0", "-dj", "0", "-ds", "0", "-dt", "0", "-dc", "1")
     scene = path.with_suffix(".rad").read_text()
-    watts = irradiance(path.parent, scene, 4.0 * ways, -ways, *options) @ (0.265, 0.670, 0.065)  # its weights
-    return watts * WATTS_TO_LUMENS * 16.0
+    watts = radiance.irradiance(path.parent, scene, 4.0 * ways, -ways, *options) @ (0.265, 0.670, 0.065)  # its weights
+    return watts * radiance.WATTS_TO_LUMENS * 16.0
 
 
-@needs_radiance
 @pytest.mark.parametrize("lamp", RADIANCE)
 def test_radiance_reads_the_same(lamp, tmp_path):
     """Within the measured angles: beyond them, Radiance lets the light fade. For type B, its angles are tangents of

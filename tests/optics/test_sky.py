@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from radiance import needs_radiance, perez
+from radiance import perez
 
 import pvphong as ph
 from pvphong.optics import panorama
@@ -35,7 +35,6 @@ SKIES = [
 ]
 
 
-@needs_radiance
 @pytest.mark.parametrize(("altitude", "azimuth", "direct", "diffuse"), SKIES)
 def test_perez_sky_is_that_of_gendaylit(altitude, azimuth, direct, diffuse):
     """Compare at 145 directions. gendaylit scales a sky by the sum over them, each with 1/145 of the hemisphere.

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 import pyvista as pv
-from radiance import irradiance, needs_radiance, polygon
+from radiance import irradiance, polygon
 
 import pvphong as ph
 
@@ -51,7 +51,6 @@ def of_radiance(folder, points, normals, bounces):
     return irradiance(folder, scene, points, normals, *bounced, *direct).mean(axis=1)
 
 
-@needs_radiance
 @pytest.mark.parametrize("bounces", [0, 1])
 def test_a_room_has_radiances_irradiance(bounces, tmp_path):
     scene = ph.Scene([LAMP], light_model=ph.LightModel(shadows=True, bounces=bounces))
