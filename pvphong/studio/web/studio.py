@@ -142,7 +142,7 @@ class Studio:
         self._cameras = Cameras(subplot)
         self._turntable = Turntable(self.show)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
-        keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
+        keys = [*PAGE_KEYS, *((key, f"{what}, in the view") for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first: dict[str, Any] = {
