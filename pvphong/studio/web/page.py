@@ -126,10 +126,11 @@ _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 
 _PANELS = ("lights", "mix", "material", "scene", "camera", "picture", "probe", "compare", "files", "advanced")
 _JUMP = (
-    "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
-    " utils.get('document').getElementById('panel-{name}').scrollIntoView({{ behavior: 'smooth' }})"
+    "utils.get('setTimeout')((panel) => panel.scrollIntoView({{ behavior: 'smooth' }}),"
+    " open_panels.includes({number}) ? 0 : 300, utils.get('document').getElementById('panel-{name}'));"
+    " open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}]"
 )
-
+"""JavaScript that opens a panel and scrolls to it; to a panel that is folded, after it has unfolded."""
 
 _TEXT = ':data-alt="view_text"'
 

@@ -151,7 +151,7 @@ class Studio:
         self._snapshots = Snapshots(self.document, subplot)
         self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
-        keys = [*PAGE_KEYS, *((f"{key} in the view", what) for key, what in commands.help_entries({}))]
+        keys = [*PAGE_KEYS, *((key, f"{what}, in the view") for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
         at_first: dict[str, Any] = {

@@ -78,7 +78,9 @@ def test_advanced_is_folded_and_its_first_sentence_has_the_button_that_improves_
         fresh = Page(driver, served.address, is_unfolded=False)
         assert not fresh.all("exactness")[0].is_displayed()
         assert not fresh.all("plan-row")[0].is_displayed()
-        fresh.click("advanced")
+        fresh.click("go-advanced")
+        bottom = fresh.all("panels")[0].rect
+        fresh.until(lambda: fresh.all("improve")[0].rect["y"] < bottom["y"] + bottom["height"] - 40)
         fresh.until(lambda: "blended" in fresh.all("exactness")[0].text)
         assert fresh.all("improve")[0].text == "Refine between the points"
         fresh.settled(lambda: fresh.all("improve")[0].rect)

@@ -140,7 +140,7 @@ def test_the_key_of_an_action_is_found_by_a_word(page, folder):
     page.until(
         lambda: (
             [row.text.split() for row in page.all("key-row")]
-            == [["D", "in", "the", "view", "duplicate", "the", "light"]]
+            == [["D", "duplicate", "the", "light,", "in", "the", "view"]]
         )
     )
     page.input("search-keys").send_keys(Keys.CONTROL, "a")

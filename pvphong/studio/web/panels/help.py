@@ -9,9 +9,9 @@ from pvphong.studio.web.inputs import found_by
 
 PAGE_KEYS = (
     ("?", "this sheet"),
-    ("drag in the view", "turn the model"),
-    ("Shift + drag", "move the model sideways"),
-    ("wheel", "zoom"),
+    ("drag", "turn the model, in the view"),
+    ("Shift + drag", "move the model sideways, in the view"),
+    ("wheel", "zoom, in the view"),
     ("Ctrl + Z, Ctrl + Y", "undo, redo"),
     ("Shift + slider", "move a slider finely"),
     ("double-click on a slider", "set the default"),
@@ -115,6 +115,6 @@ def keys() -> None:
             )
         with v.VCardText(classes="pt-0"), v.VTable(density="compact"), html.Tbody():
             with html.Tr(v_for=f"row in {found}", key=("row.join()",), **found_by("key-row")):
-                html.Td("{{ row[0] }}", style="white-space: nowrap", classes="font-weight-medium")
+                html.Td("{{ row[0] }}", style="width: 38%", classes="font-weight-medium")
                 html.Td("{{ row[1] }}")
             html.Tr("<td>no key does this</td>", v_if=f"!{found}.length")
