@@ -58,7 +58,7 @@ def irradiance(
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     compress: Compression | None = None,
 ) -> int:
-    """Compute the light that arrives at a mesh, in the unit of the lights, whatever the mesh is made of.
+    """Compute the light that arrives at a mesh, in the unit of the lights, such as lux; whatever it is made of.
 
     With candela and metres, the result is in lux. Surfaces seen from behind are left out of the picture, so that one
     looks into a room whose walls face inwards.
