@@ -103,7 +103,7 @@ def test_at_a_target():
     assert spot == ph.SpotLight(position=(1, 2, 3), direction=(0, 0, -3), cone_angle=12, name="desk")
     assert ph.DirectionalLight.at((0, 5, 0), target=(0, 0, 0)) == ph.DirectionalLight(direction=(0, -5, 0))
     both = [kind for kind in LIGHT_TYPES.values() if {"position", "direction"} <= kind.__dataclass_fields__.keys()]
-    assert len(both) == 3
+    assert len(both) == 4
     for kind in (*both, ph.DirectionalLight):
         with pytest.raises(ValueError, match=r"^target must be different from position"):
             kind.at((1, 2, 3), target=(1, 2, 3))
