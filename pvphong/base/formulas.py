@@ -100,6 +100,11 @@ def index(x: Any) -> Any:
     return x.astype(np.int64)
 
 
+def floor(x: Any) -> Any:
+    """Return the greatest whole number that is at most x."""
+    return np.floor(x)
+
+
 def nearest(x: Any) -> Any:
     """Return the nearest whole number."""
     return np.rint(x)

@@ -88,12 +88,12 @@ class Pattern(NamedTuple):
     Two formulas, because compiled code vectorises the first, which has no loads from the table.
     """
 
-    place: Callable[[Any, Any], tuple[Any, Any]]
+    place: Callable[[Any, Any], tuple[Any, Any, Any]]
     """Formula with two arguments: `parameters`, and the unit vector to the light, which is zero on the light itself. It
-    returns two numbers, a place in the table."""
+    returns three numbers, a place in the table."""
 
-    value: Callable[[Any, Any, Any], Any]
-    """Formula with three arguments: `table`, which it reads by index, and the two numbers. It returns the factor."""
+    value: Callable[[Any, Any, Any, Any], Any]
+    """Formula with four arguments: `table`, which it reads by index, and the three numbers. It returns the factor."""
 
     parameters: tuple[float, ...]
     """Sixteen numbers that the formula `place` reads."""

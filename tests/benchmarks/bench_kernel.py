@@ -17,6 +17,7 @@ from common import CONSOLE, in_turns, mark, show, textbook, vertices
 
 import pvphong as ph
 from pvphong.base import threads
+from pvphong.optics.photometry import Photometry
 from pvphong.shading import kernel
 from pvphong.shading.evaluation import evaluate
 from pvphong.shading.plan.effects import EFFECTS
@@ -37,6 +38,9 @@ WITH_A_SIZE = {
     "disk": ph.DiskLight(PLACE, AIM, 0.5),
     "sphere": ph.SphereLight(PLACE, 0.5),
 }
+WIDE_SUN = {"sun of 0.533°": ph.DirectionalLight(AIM, 0.533)}
+V, H = np.arange(0.0, 91.0, 5.0), np.arange(0.0, 361.0, 15.0)
+MEASURED = Photometry.of("C", V, H, np.cos(np.radians(V)) * (1.5 + np.cos(np.radians(H)))[:, None])
 
 
 def compiled(arrays, lights, material, real=np.float32, planned=False, **model):
@@ -77,6 +81,7 @@ def workloads(count):
     small, wide = vertices(count, np.float32), vertices(count)
     sun = ph.DirectionalLight(direction=(-1.0, -1.0, -2.0))
     spot = ph.SpotLight(position=PLACE, direction=AIM, cone_angle=40, exponent=8, attenuation=(1, 0.1, 0.05))
+    lamp = ph.PhotometricLight(MEASURED, PLACE, AIM)
     missing = [ph.SpotLight(position=(0.0, 0.0, 50.0 + k), direction=(0, 0, 1), cone_angle=20) for k in range(60)]
     lit, scene = [*LAMPS, replace(LAMPS[0], position=(0.0, 3.0, 0.0))], ph.Scene(LAMPS, VIEWER)
     total = np.empty_like(small[0])
@@ -90,9 +95,14 @@ def workloads(count):
         "ambient only": compiled(small, [], DULL),
         "1 lamp, highlights": compiled(small, LAMPS[:1], SHINY),
         "1 spot, highlights": compiled(small, [spot], SHINY),
+        "1 spot, dull": compiled(small, [spot], DULL),
+        "1 measured lamp, dull": compiled(small, [lamp], DULL),
     }
+    for name, light in (("spot", spot), ("measured lamp", lamp)):
+        calls[f"evaluate, 1 {name}"] = partial(evaluate, *small, ph.Scene([light], VIEWER), DULL, backend="numba")
+    sized = WITH_A_SIZE | WIDE_SUN
     for looks, material in (("dull", DULL), ("highlights", SHINY)):
-        calls |= {f"1 {name}, {looks}": compiled(small, [light], material) for name, light in WITH_A_SIZE.items()}
+        calls |= {f"1 {name}, {looks}": compiled(small, [light], material) for name, light in sized.items()}
     calls["4 lamps, with plan"] = compiled(small, lit, SHINY, planned=True)
     calls["64 lights, 60 miss, with plan"] = compiled(small, [*lit, *missing], SHINY, planned=True)
     for name, material in mapped(count).items():
@@ -111,6 +121,11 @@ def targets(least, book):
         ("1 sun, dull: over a + b", least["1 sun, dull"] / add, "<= 0.8"),
         ("ambient only: over a + b", least["ambient only"] / add, "<= 0.5"),
         ("1 spot over 1 lamp", least["1 spot, highlights"] / lamp, "<= 1.6"),
+        (
+            "evaluate, 1 measured lamp over 1 spot",
+            least["evaluate, 1 measured lamp"] / least["evaluate, 1 spot"],
+            "<= 2",
+        ),
         *((f"1 {name} over 1 lamp", least[f"1 {name}, highlights"] / lamp, "<= 12") for name in WITH_A_SIZE),
         ("float64: textbook over it", book / least["3 lamps, highlights, float64"], ">= 12"),
         ("0-255 over float32", least["3 lamps, highlights, 0-255"] / highlights, "<= 1"),

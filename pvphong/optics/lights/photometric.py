@@ -18,10 +18,12 @@ from pvphong.base.formulas import (
     ZERO,
     as_type_of,
     dot,
+    floor,
     formula,
     index,
     maximum,
     minimum,
+    multiply_add,
     select,
     sqrt,
 )
@@ -52,18 +54,18 @@ def _photometry(name: str, value: Any) -> float | Photometry:
 
 
 # Layout of the parameters of a pattern: the three axes with the opposite sign, because light travels along −l; the
-# least θ and φ; rows and columns per radian; the largest index of a row and of a column. And of its table: the largest
-# index of a row and of a column; then the intensities, row by row, from 0 to 1.
-_START, _RATES, _LAST, _TABLE = 9, 11, 13, 2
-# Rounding at the edge of the pattern, in rows or columns; and the row that stands for directions outside of it.
-_EDGE, _OUTSIDE = 1e-3, -1.0
+# least θ and φ; rows and columns per radian; the largest row and column; and the number of columns, with one more for
+# rounding. The table begins with this number too. Then follow the intensities from 0 to 1, row by row, and two rows of
+# zeros, for directions without light.
+_START, _RATES, _LAST, _COLUMNS, _TABLE = 9, 11, 13, 15, 1
+# Rounding at the edge of the pattern, in rows or columns.
+_EDGE = 1e-3
 
-# Coefficients of (atan t / t − 1) / t² in powers of t², by `mpmath.chebyfit`; the error of the angle is 4e-11.
+# Coefficients of (atan t / t − 1) / t² in powers of t², by `mpmath.chebyfit`; the error of the angle is 1.1e-9.
 _ARCTAN = (
-    0.050481385120784875, -0.086246761452488987, 0.11071365021884691, -0.14284151193628606, 0.19999977258688385,
-    -0.333333332792548,
+    -0.064519282081204418, 0.10743731490790577, -0.14263955597984574, 0.1999954048364896, -0.3333333176116852,
 )  # fmt: skip
-_TAN_22_5, _QUARTER = math.sqrt(2.0) - 1.0, 0.25 * math.pi
+_TAN_22_5, _EIGHTH_TURN, _TINIEST = math.sqrt(2.0) - 1.0, 0.25 * math.pi, 2.0**-100
 
 
 @formula
@@ -79,43 +81,36 @@ def _angle(y: Any, x: Any) -> Any:
     square = t * t
     rest = as_type_of(x, _ARCTAN[0])
     for k in range(1, len(_ARCTAN)):
-        rest = rest * square + as_type_of(x, _ARCTAN[k])
-    turned = t + t * square * rest
-    turned = select(is_steep, turned + as_type_of(x, _QUARTER), turned)
-    turned = select(height > width, as_type_of(x, 2.0 * _QUARTER) - turned, turned)
-    turned = select(x < ZERO, as_type_of(x, 4.0 * _QUARTER) - turned, turned)
+        rest = multiply_add(rest, square, as_type_of(x, _ARCTAN[k]))
+    turned = multiply_add(t * square, rest, t)
+    turned = select(is_steep, turned + as_type_of(x, _EIGHTH_TURN), turned)
+    turned = select(height > width, as_type_of(x, 2.0 * _EIGHTH_TURN) - turned, turned)
+    turned = select(x < ZERO, as_type_of(x, 4.0 * _EIGHTH_TURN) - turned, turned)
     return select(y < ZERO, -turned, turned)
-
-
-_TINIEST = 2.0**-100
 
 
 @formula
 def place_of(own: Any, l: Any) -> Any:
-    """Return the row and the column of the direction −l, not rounded; the row −1 outside of the pattern."""
+    """Return the index of the direction −l in the table, rounded down in row and column, and both remainders."""
     along = dot((own[0], own[1], own[2]), l)
     ahead, aside = dot((own[3], own[4], own[5]), l), dot((own[6], own[7], own[8]), l)
-    theta, phi = _angle(sqrt(ahead * ahead + aside * aside), along), _angle(aside, ahead)
+    theta, phi = _angle(sqrt(multiply_add(ahead, ahead, aside * aside)), along), _angle(aside, ahead)
     row, column = (theta - own[_START]) * own[_RATES], (phi - own[_START + 1]) * own[_RATES + 1]
-    last_row, last_column, edge = own[_LAST], own[_LAST + 1], as_type_of(row, _EDGE)
-    is_inside = (row > -edge) & (row < last_row + edge) & (column > -edge) & (column < last_column + edge)
-    row, column = minimum(maximum(row, ZERO), last_row), minimum(maximum(column, ZERO), last_column)
-    return select(is_inside, row, as_type_of(row, _OUTSIDE)), column
+    low, left = minimum(maximum(row, ZERO), own[_LAST]), minimum(maximum(column, ZERO), own[_LAST + 1])
+    outside = abs(row - low) + abs(column - left)
+    row, column = select(outside < as_type_of(row, _EDGE), low, own[_LAST] + ONE), left
+    whole_row, whole_column = floor(row), floor(column)
+    return multiply_add(whole_row, own[_COLUMNS], whole_column), row - whole_row, column - whole_column
 
 
 @formula
-def value_at(table: Any, row: Any, column: Any) -> Any:
-    """Return the intensity at a place from `place_of`, by bilinear interpolation; 0 in the row −1."""
-    last_row, last_column = as_type_of(row, table[0]), as_type_of(row, table[1])
-    inside = maximum(row, ZERO)
-    i, j = index(minimum(inside, last_row - ONE)), index(minimum(column, last_column - ONE))
-    down, over = inside - as_type_of(row, i), column - as_type_of(row, j)
-    columns = index(last_column) + 1
-    at = _TABLE + i * columns + j
-    a, b = as_type_of(row, table[at]), as_type_of(row, table[at + 1])
-    c, d = as_type_of(row, table[at + columns]), as_type_of(row, table[at + columns + 1])
-    upper, lower = a + over * (b - a), c + over * (d - c)
-    return select(row < ZERO, ZERO, upper + down * (lower - upper))
+def value_at(table: Any, place: Any, down: Any, over: Any) -> Any:
+    """Return the intensity at a place from `place_of`, by bilinear interpolation."""
+    at, columns = _TABLE + index(place), index(table[0])
+    a, b = as_type_of(place, table[at]), as_type_of(place, table[at + 1])
+    c, d = as_type_of(place, table[at + columns]), as_type_of(place, table[at + columns + 1])
+    upper, lower = multiply_add(over, b - a, a), multiply_add(over, d - c, c)
+    return multiply_add(down, lower - upper, upper)
 
 
 @lru_cache(maxsize=64)
@@ -126,9 +121,10 @@ def _pattern(photometry: Photometry, axes: tuple[Vector, Vector, Vector]) -> Pat
     turned = [sign * x for sign, name in zip(signs, grid.axes, strict=True) for x in own[name[-1]]]
     start, rates = np.radians(grid.start), 1.0 / np.radians(grid.step)
     last = [float(count - 1) for count in grid.candela.shape]
-    table = (grid.candela * (photometry.tilt_factor(*axes) / photometry.most)).ravel()
-    parameters = (*turned, *start.tolist(), *rates.tolist(), *last, 0.0)
-    return Pattern(place_of, value_at, parameters, (*last, *table.tolist()))
+    table = np.pad(grid.candela * (photometry.tilt_factor(*axes) / photometry.most), ((0, 2), (0, 1)))
+    columns = float(table.shape[1])
+    parameters = (*turned, *start.tolist(), *rates.tolist(), *last, columns)
+    return Pattern(place_of, value_at, parameters, (columns, *table.ravel().tolist()))
 
 
 @dataclass(frozen=True)

@@ -310,6 +310,7 @@ _OPERATIONS: dict[Callable[..., Any], Callable[..., Any]] = {
     formulas.single: lambda x: np.float32(x),
     formulas.wrapped: lambda x: np.uint32(x),
     formulas.index: lambda x: np.int64(x),
+    formulas.floor: lambda x: np.floor(x),
     formulas.sine: lambda x: np.sin(x),
     formulas.cosine: lambda x: np.cos(x),
 }

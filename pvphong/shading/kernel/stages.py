@@ -301,11 +301,11 @@ def light_stage(
             own = (*_parameters(rows, shifted(numbers, _OWN_OF_LIGHT)), *_parameters(rows, more))
             for i in range(BLOCK):
                 l = times((rows[DX + i], rows[DY + i], rows[DZ + i]), rows[INVERSE_DISTANCE + i])
-                rows[FIRST + i], rows[SECOND + i] = place(own, l)
+                rows[FIRST + i], rows[SECOND + i], rows[THIRD + i] = place(own, l)
             table = shifted(more, _MOST_PARAMETERS)
             for i in range(BLOCK):
                 strength = rows[STRENGTH + i] if measures == 1 else ONE
-                rows[STRENGTH + i] = strength * value(table, rows[FIRST + i], rows[SECOND + i])
+                rows[STRENGTH + i] = strength * value(table, rows[FIRST + i], rows[SECOND + i], rows[THIRD + i])
             return good
 
         return arrive_by_pattern
