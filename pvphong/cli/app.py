@@ -27,7 +27,7 @@ _COMMANDS = {
     ),
     "irradiance": (
         "irradiance:irradiance",
-        "Compute the light that arrives at a mesh, in the unit of the lights, such as lux; whatever it is made of.",
+        "Compute the light that arrives at a mesh, in the unit of the lights, whatever the mesh is made of.",
     ),
     "view": ("view:view", "Show a lit mesh in a window, with gizmos for its lights; press h for the list of keys."),
     "studio": (

@@ -17,6 +17,7 @@ from pvphong.base.types import Float64Array
 from pvphong.base.vectors import unit
 from pvphong.cli.options import SIZE, Flag, busy, parsed, seeing
 from pvphong.meshes.blocks import leaves, map_blocks
+from pvphong.meshes.colormaps import scale_of_light
 from pvphong.meshes.default_scene import scene_for
 from pvphong.meshes.files import Compression, read_mesh, refuse_suffix, save_lit
 from pvphong.meshes.irradiance import ALBEDO, Per
@@ -28,8 +29,6 @@ from pvphong.scene.viewer import Viewer
 _FORMATS = ".vtp", ".vtk", ".vtkhdf", ".vtm", ".vtmb"
 _COMPRESSED = ".vtp", ".vtm", ".vtmb"
 
-# Colours from no light to the most, which programs for daylight in buildings use.
-_COLORS = "#4b6ba9", "#7393ca", "#aac8f7", "#c1d5d0", "#f5ef67", "#fce64a", "#ef9c15", "#ea7b00", "#ea4a00", "#ea2600"
 # Distance of isolines from the surface towards the eye, as a fraction of the mesh's size; and their largest number.
 _RAISED, _MOST_LINES = 2e-3, 20
 # Part of the picture's width to the right of the mesh, where the scalar bar is.
@@ -58,7 +57,7 @@ def irradiance(
     size: Annotated[tuple[int, int] | None, Parameter(negative="")] = None,
     compress: Compression | None = None,
 ) -> int:
-    """Compute the light that arrives at a mesh, in the unit of the lights, such as lux; whatever it is made of.
+    """Compute the light that arrives at a mesh, in the unit of the lights, whatever the mesh is made of.
 
     With candela and metres, the result is in lux. Surfaces seen from behind are left out of the picture, so that one
     looks into a room whose walls face inwards.
@@ -157,8 +156,6 @@ def _picture(
     lit: Any, scene: Scene, name: str, unit: str, levels: list[float], most: float | None, size: tuple[int, int]
 ) -> Any:
     """Draw the luminance of the irradiance in colours, with a scalar bar in its unit, and lines at some levels."""
-    from matplotlib.colors import LinearSegmentedColormap
-
     assert scene.viewer is not None
     quantity = "Illuminance" if unit in ("lux", "lx") else "Irradiance"
     font = max(round(_FONT * size[1]), 9)
@@ -167,8 +164,7 @@ def _picture(
     bar |= {"width": 0.06, "height": 0.75, "title_font_size": font, "label_font_size": font - 2}
     meshes = leaves(lit)
     values: list[Float64Array] = [np.asarray(mesh[name], np.float64) @ XYZ_OF_RGB[1] for mesh in meshes]
-    top = most or _round_above(max(float(each.max(initial=0.0)) for each in values))
-    look: dict[str, Any] = {"cmap": LinearSegmentedColormap.from_list("irradiance", _COLORS), "clim": (0.0, top)}
+    look = scale_of_light(max(float(each.max(initial=0.0)) for each in values), most)
     look |= {"lighting": False, "scalar_bar_args": bar, "culling": "back", "copy_mesh": False}
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size))
@@ -219,12 +215,3 @@ def _towards(viewer: Viewer, points: Any) -> Float64Array:
     if viewer.parallel:
         return np.broadcast_to(-np.array(viewer.view_direction), points.shape)
     return unit((np.array(viewer.position) - points).T)[0].T
-
-
-def _round_above(largest: float) -> float:
-    """Return ten times the least round number from which ten steps reach the largest value."""
-    if largest <= 0.0:
-        return 1.0
-    size = 10.0 ** np.floor(np.log10(largest / 10.0))
-    steps = (10.0 * step * size for step in (1.0, 2.0, 2.5, 5.0, 10.0))
-    return float(next(top for top in steps if top >= largest * (1.0 - 1e-9)))

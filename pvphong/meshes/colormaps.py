@@ -375,3 +375,33 @@ def numbers_in(name: str, colormap: Colormap, values: Any) -> Any:
     `values` is the colormap's array or a part of it. Errors begin with `name`, the material's field.
     """
     return _reduced(f"{name}'s scalars", colormap, values)
+
+
+# --- light in units
+
+# Colours from no light to the most, which users of Ladybug Tools and other programs for daylight know.
+_OF_LIGHT = (
+    *("#4b6ba9", "#7393ca", "#aac8f7", "#c1d5d0", "#f5ef67"),
+    *("#fce64a", "#ef9c15", "#ea7b00", "#ea4a00", "#ea2600"),
+)
+# Round numbers, for the steps of a scalar bar.
+_ROUND = 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0
+
+
+def scale_of_light(largest: float, most: float | None = None) -> dict[str, Any]:
+    """Return the options `cmap` and `clim` of PyVista's `add_mesh` for pictures of light in units.
+
+    Parameters
+    ----------
+    largest : float
+        Largest value that is shown. The scale ends at ten times the least round number that includes this value.
+    most : float, optional
+        End of the scale, in place of the round number.
+    """
+    from matplotlib.colors import LinearSegmentedColormap  # late, as it takes a third of a second
+
+    top = most or 1.0
+    if not most and largest > 0.0:
+        size = 10.0 ** math.floor(math.log10(largest / 10.0))
+        top = 10.0 * next(step * size for step in _ROUND if 10.0 * step * size >= largest * (1.0 - 1e-9))
+    return {"cmap": LinearSegmentedColormap.from_list("light", _OF_LIGHT), "clim": (0.0, top)}

@@ -27,6 +27,7 @@ from pvphong.base.files import written_aside
 from pvphong.base.processes import available_memory
 from pvphong.base.text import html_table
 from pvphong.base.types import Float64Array, IntArray, MatrixLike
+from pvphong.meshes.colormaps import scale_of_light
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, polygons, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.meshes.visibility import KnownOccluders, checked_occluders, receiver_of
@@ -457,8 +458,6 @@ class Daylight:
         >>> day = pd.date_range("2026-06-21T00:30", periods=24, freq="h", tz="Europe/Berlin")
         >>> pv.Sphere().phong.daylight(day, ph.Place(48.14, 11.58)).plot("sun_hours", off_screen=True)
         """
-        from matplotlib.colors import LinearSegmentedColormap
-
         values = getattr(self, check.choice("name", name, _RESULTS))
         scale, unit_of = (1.0, "h") if name == "sun_hours" else (1.0, "Wh/m²")
         if name != "sun_hours" and values.max(initial=0.0) > _MANY:
@@ -468,9 +467,7 @@ class Daylight:
         bar = {"title": f"{_TITLES[name]}\n({unit_of})\n", "fmt": "%.4g", "n_labels": 6, "color": "black"}
         bar |= {"vertical": True, "position_x": 0.86, "position_y": 0.1, "width": 0.06, "height": 0.72}
         bar |= {"title_font_size": 17, "label_font_size": 15}
-        colors = LinearSegmentedColormap.from_list("daylight", _COLORS)
-        look: dict[str, Any] = {"cmap": colors, "lighting": False, "scalar_bar_args": bar}
-        look["clim"] = 0.0, _round_above(float(values.max(initial=0.0)) * scale)
+        look = scale_of_light(float(values.max(initial=0.0)) * scale) | {"lighting": False, "scalar_bar_args": bar}
         plotter = pv.Plotter(off_screen=off_screen, window_size=window_size)
         plotter.set_background("white")
         plotter.add_mesh(shown, scalars="pvphong_shown", **look | options)
@@ -583,23 +580,8 @@ _TITLES = {
 }
 # Wh/m² from which pictures show kWh/m².
 _MANY = 1e4
-# Round numbers, for the steps of a scalar bar.
-_ROUND = 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0
-# Colours that users of Ladybug Tools know, from little light to much.
-_COLORS = (
-    *("#4b6ba9", "#7393ca", "#aac8f7", "#c1d5d0", "#f5ef67"),
-    *("#fce64a", "#ef9c15", "#ea7b00", "#ea4a00", "#ea2600"),
-)
 _COEFFICIENTS = "sky", "ground", "ground_error", "sun"
 _FORMAT, _VERSION = "pvphong daylight", 1
-
-
-def _round_above(largest: float) -> float:
-    """Return ten times the least round number from which ten steps reach the largest value."""
-    if largest <= 0.0:
-        return 1.0
-    size = 10.0 ** math.floor(math.log10(largest / 10.0))
-    return 10.0 * next(step * size for step in _ROUND if 10.0 * step * size >= largest * (1.0 - 1e-9))
 
 
 def _checksum(text: str, arrays: Mapping[str, Any]) -> str:
