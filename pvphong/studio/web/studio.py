@@ -36,10 +36,8 @@ from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.scene import Scene, load_materials
-from pvphong.shading.plan.plan import Plan, load_compiled
-from pvphong.studio.background import Job
+from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
-from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.access import Access, Messages, no_launcher, upload
 from pvphong.studio.web.cameras import Cameras
@@ -48,15 +46,12 @@ from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Pictur
 from pvphong.studio.web.exactness import exactness, plans_of, refined_text, rows_of, summary_of
 from pvphong.studio.web.fields import hex_of, number_in
 from pvphong.studio.web.framing import Framing
-from pvphong.studio.web.hurry import TRIGGERS, Hurry
-from pvphong.studio.web.live_histogram import LiveHistogram
-from pvphong.studio.web.live_probe import LiveProbe
+from pvphong.studio.web.instruments import Instruments
 from pvphong.studio.web.messages import Remedy, in_page_words, remedies
 from pvphong.studio.web.opening import OpenFile, Opening
 from pvphong.studio.web.page import build
 from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
-from pvphong.studio.web.snapshots import Snapshots, pictures
 from pvphong.studio.web.thumbnails import answer
 from pvphong.studio.web.turntable import Turntable, pictures_in
 
@@ -134,7 +129,7 @@ class Studio:
         self.access = Access(host)
         self._loop = asyncio.get_running_loop()
         subplot.lit.is_in_a_page = True
-        self._samples, self._dpi = plotter.render_window.GetMultiSamples(), plotter.render_window.GetDPI()
+        self._samples = plotter.render_window.GetMultiSamples()
         plotter.render_window.SetMultiSamples(0)  # on a CPU, a frame with four samples takes five times as long
         self._due: dict[Callable[[], None], asyncio.TimerHandle] = {}
         self._planned_for: Any = None
@@ -145,22 +140,14 @@ class Studio:
         self._reports = 0
         self._cameras = Cameras(subplot)
         self._turntable = Turntable(self.show)
-        self._histogram = LiveHistogram(subplot)
-        Job("loading", load_compiled)
-        self._hurry = Hurry(subplot, self._later, self.draw)
-        self._snapshots = Snapshots(self.document, subplot)
-        self._probe = LiveProbe(subplot, self.document.mesh_name, self.say)
+        self._instruments = Instruments(self.document, subplot, self._later, self.draw, self.say, self._put)
         self.server = get_server(f"pvphong studio {next(_numbers)}", client_type="vue3")
         keys = [*PAGE_KEYS, *((key, f"{what}, in the view") for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
-        at_first: dict[str, Any] = {
-            "plan": {"accuracy": "", "meshes": []},
-            "script": "",
-            "report": vars(Report()) | {"figure": ""},
-            "histogram": {"path": "", "low": "", "high": ""},
-        }
-        self.server.state.update(names | at_first | {"marked": False} | self._shown())
+        at_first: dict[str, Any] = {"plan": {"accuracy": "", "meshes": []}, "script": ""}
+        at_first["report"] = vars(Report()) | {"figure": ""}
+        self.server.state.update(names | at_first | Instruments.at_first | {"marked": False} | self._shown())
         self._triggers = {name: self._trigger(name, getattr(self.document, name)) for name in _EDITS}
         self._triggers |= {name: self._trigger(name, act) for name, act in self._acts.items()}
         self._triggers["point_at"] = self._point_at
@@ -172,7 +159,7 @@ class Studio:
         studio = weakref.ref(self)
 
         def drawn(_renderer: Any, _event: str) -> None:
-            if (alive := studio()) is not None and not alive._histogram.is_counting:
+            if (alive := studio()) is not None and not alive._instruments.histogram.is_counting:
                 alive.show()
 
         self._tag = subplot.renderer.AddObserver("EndEvent", drawn)
@@ -198,12 +185,7 @@ class Studio:
             "start_turntable": self.start_turntable,
             "cancel_turntable": self._turntable.cancel,
             **self._cameras.triggers,
-            "snapshot": self._snapshots.keep,
-            "restore_snapshot": self._snapshots.restore,
-            "look_from_snapshot": self._snapshots.look_from,
-            "forget_snapshot": self._snapshots.forget,
-            "probe": self._probe.switch,
-            "unpin": self._probe.unpin,
+            **self._instruments.triggers,
         }
 
     def _trigger(self, name: str, act: Callable[..., Any]) -> Callable[..., None]:
@@ -219,8 +201,7 @@ class Studio:
                 said = str(error)
                 buttons = remedies(said, name, args)
                 self.server.state.refusals += 1
-            if name in TRIGGERS:
-                self._hurry.begin()
+            self._instruments.triggered(name)
             self._done(said, buttons)
 
         return trigger
@@ -289,9 +270,8 @@ class Studio:
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
         shown |= self._cameras.shown() | self._turntable.shown(self._opening.file.stem)
-        of_meshes |= {"view_text": f"{title}; lit by {lit_by}", "probe": self._probe.shown()}
-        of_meshes["snapshots"] = self._snapshots.shown()
-        return shown | self._awaited() | of_meshes
+        of_meshes |= {"view_text": f"{title}; lit by {lit_by}"}
+        return shown | self._awaited() | of_meshes | self._instruments.shown()
 
     def _awaited(self) -> dict[str, Any]:
         """Return the progress of background computations, and the result of refining."""
@@ -316,17 +296,12 @@ class Studio:
         if self._ask not in self._due:
             self._ask()
         self._later(_PLAN_AFTER, self._show_plan)
-        if self._count not in self._due:
-            self._later(self._histogram.wait, self._count)
+        self._instruments.drawn()
 
-    def _count(self) -> None:
-        """Show the histogram of the picture if it has changed."""
-        found, is_awaiting = self._histogram.count(), self._subplot.lit.is_awaiting
-        if found is not None:
-            with self.server.state as state:
-                state.histogram = found
-            if is_awaiting:  # the counted frame may have taken a background result, and no client has it
-                self.draw()
+    def _put(self, values: dict[str, Any]) -> None:
+        """Set values of the page's state."""
+        with self.server.state as state:
+            state.update(values)
 
     def _ask(self) -> None:
         """Poll for background results and draw them. Repeat this while results are awaited."""
@@ -593,15 +568,11 @@ class Studio:
             self._plotter.iren.interactor.InvokeEvent("LeftButtonReleaseEvent")
             self._done("The connection was lost during a drag. The light is back at its old position.")
 
-    def _scale(self, ratio: float) -> None:
-        """Draw gizmos and texts for a screen with so many device pixels per CSS pixel."""
-        self._plotter.render_window.SetDPI(round(USUAL_DPI * ratio))
-
     # -- the server
 
     def _bind(self, server: Any) -> None:
         """Configure the web server before it listens."""
-        messages = Messages(self.server.protocol, server, self._triggers, self._left, self._scale)
+        messages = Messages(self.server.protocol, server, self._triggers, self._left, self._instruments.scale)
 
         @web.middleware
         async def to_messages(request: web.Request, handler: Any) -> web.StreamResponse:
@@ -619,7 +590,7 @@ class Studio:
         server.app.router.add_get("/take/{what}", self._give)
         server.app.router.add_get("/report/{number}.png", self._measuring.answer)
         server.app.router.add_get("/turntable/{name}.gif", self._turntable.answer)
-        server.app.router.add_get("/snapshot/{number}.jpg", pictures(self._snapshots))
+        self._instruments.add_routes(server.app.router)
         server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
         for what, suffixes, take in (
             ("mesh", MESHES, self._take_mesh),
@@ -671,12 +642,10 @@ class Studio:
             due.cancel()
         self._subplot.renderer.RemoveObserver(self._tag)
         self._framing.release()
-        self._probe.release()
-        self._hurry.release()
+        self._instruments.release()
         self._subplot.lit.is_in_a_page = False
         if self._plotter.render_window is not None:
             self._plotter.render_window.SetMultiSamples(self._samples)
-            self._plotter.render_window.SetDPI(self._dpi)
         self._subplot.lit.stop()
         self.document.mix.release()
         self._measuring.cancel()

@@ -35,7 +35,7 @@ def in_a_studio(new_plotter):
 
 def test_a_snapshot_is_restored_after_lights_meshes_and_materials_have_changed(in_a_studio):
     def act(plotter, studio):
-        phong, document, snapshots = plotter.phong, studio.document, studio._snapshots
+        phong, document, snapshots = plotter.phong, studio.document, studio._instruments.snapshots
         before, (ball,) = phong.lights, phong._subplot.lit.meshes
         snapshots.keep()
         document.act("delete", 1)
@@ -60,7 +60,7 @@ def test_a_snapshot_is_restored_after_lights_meshes_and_materials_have_changed(i
 
 def test_the_older_snapshot_is_replaced_and_pictures_show_no_gizmos(in_a_studio):
     def act(plotter, studio):
-        snapshots = studio._snapshots
+        snapshots = studio._instruments.snapshots
         plotter.phong._subplot.interaction.gizmos.select(plotter.phong.gizmos[0])
         for intensity in (1.0, 0.5, 0.0):
             studio.document.edit("light.1.intensity", intensity)
@@ -81,7 +81,7 @@ def test_the_older_snapshot_is_replaced_and_pictures_show_no_gizmos(in_a_studio)
 
 def test_the_camera_is_moved_only_on_request(in_a_studio):
     def act(plotter, studio):
-        snapshots, viewer = studio._snapshots, plotter.phong.scene.viewer
+        snapshots, viewer = studio._instruments.snapshots, plotter.phong.scene.viewer
         snapshots.keep("B")
         plotter.camera.azimuth = 40
         plotter.render()

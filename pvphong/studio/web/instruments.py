@@ -1,0 +1,107 @@
+"""What measures and compares a studio's view: histogram, probe and snapshots; and how the view is drawn for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from pvphong.shading.plan.plan import load_compiled
+from pvphong.studio.background import Job
+from pvphong.studio.gizmos.view import USUAL_DPI
+from pvphong.studio.subplot import Subplot
+from pvphong.studio.web.document import Document
+from pvphong.studio.web.hurry import TRIGGERS, Hurry
+from pvphong.studio.web.live_histogram import LiveHistogram
+from pvphong.studio.web.live_probe import LiveProbe
+from pvphong.studio.web.snapshots import Snapshots, pictures
+
+
+class Instruments:
+    """Histogram, probe, snapshots and coarse pictures of a studio's view.
+
+    Parameters
+    ----------
+    document : Document
+        The values that the studio edits.
+    subplot : Subplot
+        The subplot, with gizmos.
+    later : callable
+        Schedules a call: takes seconds and the function. If it is scheduled already, its time changes.
+    draw : callable
+        Requests a frame.
+    say : callable
+        Shows a message.
+    put : callable
+        Sets values of the page's state: takes a dictionary.
+    """
+
+    at_first: ClassVar[dict[str, Any]] = {"histogram": {"path": "", "low": "", "high": ""}}
+    """State of the page at the start, apart from `shown`."""
+
+    def __init__(
+        self,
+        document: Document,
+        subplot: Subplot,
+        later: Callable[[float, Callable[[], None]], None],
+        draw: Callable[[], None],
+        say: Callable[[str], None],
+        put: Callable[[dict[str, Any]], None],
+    ) -> None:
+        self.histogram, self.hurry = LiveHistogram(subplot), Hurry(subplot, later, draw)
+        self.snapshots = Snapshots(document, subplot)
+        self.probe = LiveProbe(subplot, document.mesh_name, say)
+        self._subplot, self._later, self._draw, self._put = subplot, later, draw, put
+        self._is_due = False
+        self._dpi = subplot.renderer.GetRenderWindow().GetDPI()
+        Job("loading", load_compiled)
+
+    @property
+    def triggers(self) -> dict[str, Callable[..., Any]]:
+        """Triggers of the page."""
+        return {
+            "snapshot": self.snapshots.keep,
+            "restore_snapshot": self.snapshots.restore,
+            "look_from_snapshot": self.snapshots.look_from,
+            "forget_snapshot": self.snapshots.forget,
+            "probe": self.probe.switch,
+            "unpin": self.probe.unpin,
+        }
+
+    def shown(self) -> dict[str, Any]:
+        """Return the values for the page that change with a frame."""
+        return {"probe": self.probe.shown(), "snapshots": self.snapshots.shown()}
+
+    def triggered(self, name: str) -> None:
+        """Draw large meshes coarsely after a trigger that changes the picture."""
+        if name in TRIGGERS:
+            self.hurry.begin()
+
+    def drawn(self) -> None:
+        """Schedule a new histogram after a frame."""
+        if not self._is_due:
+            self._is_due = True
+            self._later(self.histogram.wait, self._count)
+
+    def _count(self) -> None:
+        """Show the histogram of the picture if it has changed."""
+        self._is_due = False
+        found, is_awaiting = self.histogram.count(), self._subplot.lit.is_awaiting
+        if found is not None:
+            self._put({"histogram": found})
+            if is_awaiting:  # the counted frame may have taken a background result, and no client has it
+                self._draw()
+
+    def scale(self, ratio: float) -> None:
+        """Draw gizmos and texts for a screen with so many device pixels per CSS pixel."""
+        self._subplot.renderer.GetRenderWindow().SetDPI(round(USUAL_DPI * ratio))
+
+    def add_routes(self, router: Any) -> None:
+        """Add the handlers of requests."""
+        router.add_get("/snapshot/{number}.jpg", pictures(self.snapshots))
+
+    def release(self) -> None:
+        """Detach from the view."""
+        self.probe.release()
+        self.hurry.release()
+        if (window := self._subplot.renderer.GetRenderWindow()) is not None:
+            window.SetDPI(self._dpi)
