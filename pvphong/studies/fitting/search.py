@@ -8,7 +8,8 @@ Marquardt. The search begins at several starts:
 1. A bank of candidates for each light: directions that cover the sphere, positions around the mesh.
 2. For each start, lights take turns: each takes the candidate that explains most of what the others leave, then all
    intensities are solved again. The lights begin as given, dark, or at random candidates.
-3. Short descents from all starts on a sample of the vertices, and long ones from the best.
+3. Short descents from all starts on a sample of the vertices, and long ones from the best. Where the target is nearly
+   met, they are repeated without the few points that are far off.
 4. Each light of the best is exchanged for the candidate that explains most of what the others leave, and descends.
 5. The last descent is on all vertices.
 """
@@ -16,7 +17,7 @@ Marquardt. The search begins at several starts:
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +46,11 @@ _EXCHANGES, _PROMISING = 4, 4.0
 PERFECT = 1e-22
 # Relative decreases of the squares by less, twice in a row, end a descent: on a sample, and on all vertices.
 _LITTLE, _NOTHING = 1e-6, 1e-7
+# A difference above this multiple of the median is far off; if fewer than this share of all are, they are left out, at
+# most so many times.
+_FAR_OFF, _FEW, _TRIMS = 6.0, 0.3, 4
+# A target is nearly met if the squares are below this fraction of the target's own.
+_CLOSE = 0.01
 # Bounds on the damping of Levenberg and Marquardt.
 _DAMPING, _LEAST, _MOST = 1e-3, 1e-14, 1e10
 
@@ -137,6 +143,32 @@ class Search:
             known.append(None if one.count else share)
             first += one.count
         return self.at(lights, known)
+
+    def settled(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
+        """Descend from a point, again without the few points whose differences are far above the others', and so on.
+
+        Where a highlight ends at the edge of the light, colours jump as a light moves. A few points on the wrong side
+        of such an edge would keep a descent from the minimum. This is tried only where the target is nearly met.
+        """
+        point = self.descend(point, most, perfect, little)
+        close = _CLOSE * float(np.square(self.wanted.roots * self.wanted.values).sum())
+        for _ in range(_TRIMS):
+            if not perfect < point.solution.squares <= close:
+                break
+            counts = self.wanted.roots > 0.0
+            off = np.divide(
+                np.abs(point.solution.residual), self.wanted.roots, out=np.zeros(counts.shape), where=counts
+            )
+            is_out = off > _FAR_OFF * np.median(off[counts])
+            if not 0 < is_out.sum() < _FEW * counts.sum():
+                break
+            trimmed = replace(self, wanted=replace(self.wanted, roots=np.where(is_out, 0.0, self.wanted.roots)))
+            moved = trimmed.descend(trimmed.at(point.lights, point.shares), _SHORT, perfect, little)
+            trial = self.descend(self.at(moved.lights), _SHORT, perfect, little)
+            if trial.solution.squares >= point.solution.squares:
+                break
+            point = trial
+        return point
 
     def narrowed(self, point: Point, perfect: float) -> Point:
         """Improve coordinates at which colours jump by steps along each, half as long whenever none improves."""
@@ -323,7 +355,7 @@ def find(
         for point in _sampled(few, some, around, tries, random, max(exact, goal)):
             lights = point.lights
         with text.stage("all vertices", 0.9, 1.0):
-            return whole, whole.descend(whole.at(lights), _LONG, exact, _NOTHING), False
+            return whole, whole.settled(whole.at(lights), _LONG, exact, _NOTHING), False
     except KeyboardInterrupt:
         return whole, whole.at(lights), True
 
@@ -347,7 +379,7 @@ def _sampled(
     best = points[0]
     for number, point in enumerate(points[:_KEPT]):
         with text.stage("descents", *_fraction(0.5, 0.7, number, _KEPT)):
-            long = some.narrowed(some.descend(point, _LONG, perfect), perfect)
+            long = some.narrowed(some.settled(point, _LONG, perfect), perfect)
         if long.solution.squares < best.solution.squares:
             yield (best := long)
         if best.solution.squares <= perfect:
@@ -360,7 +392,7 @@ def _sampled(
         with text.stage("exchanges", *_fraction(0.7, 0.9, number, _EXCHANGES * len(starts.moving))):
             trial = some.descend(some.at(starts.exchanged(best.lights, k)), _SHORT, perfect)
             if trial.solution.squares < _PROMISING * best.solution.squares:
-                trial = some.narrowed(some.descend(trial, _LONG, perfect), perfect)
+                trial = some.narrowed(some.settled(trial, _LONG, perfect), perfect)
         if trial.solution.squares < best.solution.squares * (1.0 - 1e-6):
             last = k
             yield (best := trial)

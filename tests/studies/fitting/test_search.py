@@ -27,6 +27,14 @@ def test_planted_lights_are_found(seed, count):
     assert fit.error.rms < 1e-9
 
 
+def test_highlights_that_end_at_the_edge_of_the_light_do_not_hold_a_descent():
+    """In this scene, the highlights of a few points appear and vanish as the lights move."""
+    mesh = bumpy(5)
+    true, begin = planted(13, 2)
+    fit = mesh.phong.fit(begin, MATERIAL, colors(mesh, true), moving(begin))
+    assert is_found(fit, true)
+
+
 @pytest.mark.long
 def test_planted_lights_of_a_hundred_scenes_are_found():
     mesh = bumpy(5)
