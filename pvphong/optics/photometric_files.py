@@ -41,11 +41,11 @@ def read_photometry(path: str | os.PathLike[str]) -> Photometry:
         with place.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except OSError as error:
-        check.refuse("photometry", os.fspath(path), f"{_ALLOWED} that can be read", f"{type(error).__name__}: {error}.")
+        check.refuse("photometry", place.name, f"{_ALLOWED} that can be read", f"{type(error).__name__}: {error}.")
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").split("\x1a")[0]  # an end mark of DOS
     lines = text.splitlines()
     if len(content) > _LARGEST or "\0" in text:
-        check.refuse("photometry", os.fspath(path), _ALLOWED)
+        check.refuse("photometry", place.name, _ALLOWED)
     start = next((k for k, line in enumerate(lines) if _TILT.match(line.strip())), None)
     try:
         if start is not None:
@@ -54,7 +54,7 @@ def read_photometry(path: str | os.PathLike[str]) -> Photometry:
             raise ValueError("there is no line TILT=…; the file may be cut short")
         return _eulumdat(lines)
     except ValueError as error:
-        check.refuse("photometry", os.fspath(path), _ALLOWED, f"{str(error).rstrip('.')}.")
+        check.refuse("photometry", place.name, _ALLOWED, f"{str(error).rstrip('.')}.")
 
 
 # --- LM-63
