@@ -89,7 +89,10 @@ def _fields(given: tuple[str, ...]) -> Any:
         if not colon:
             remedy = "Give fields without a light once and alone, to vary them in all lights."
             check.refuse("--vary", word, "a light and its fields, as in key:intensity,direction", remedy)
-    return {light: fields for light, _, fields in pairs}
+    found: dict[str, str] = {}
+    for light, _, fields in pairs:
+        found[light] = f"{found[light]},{fields}" if light in found else fields
+    return found
 
 
 def _target(text: str, mesh: Any) -> Any:

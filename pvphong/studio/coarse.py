@@ -57,10 +57,12 @@ def clustered(points: Float64Array, normals: FloatArray, triangles: IntArray, cu
     keys = (places[:, 0] * counts[1] + places[:, 1]) * counts[2] + places[:, 2]
     keys = 8 * keys + (normals > 0.0) @ np.array([1, 2, 4])
     _, rows, which = np.unique(keys, return_index=True, return_inverse=True)
-    merged = np.sort(which[triangles], axis=1)
-    merged = merged[(merged[:, 0] != merged[:, 1]) & (merged[:, 1] != merged[:, 2])]
-    _, first = np.unique((merged[:, 0] * len(rows) + merged[:, 1]) * len(rows) + merged[:, 2], return_index=True)
-    return Clustered(rows, merged[first])
+    merged = which[triangles]  # their order, which decides what is the front, stays
+    ordered = np.sort(merged, axis=1)
+    kept = np.flatnonzero((ordered[:, 0] != ordered[:, 1]) & (ordered[:, 1] != ordered[:, 2]))
+    ordered = ordered[kept]
+    _, first = np.unique((ordered[:, 0] * len(rows) + ordered[:, 1]) * len(rows) + ordered[:, 2], return_index=True)
+    return Clustered(rows, merged[kept[first]])
 
 
 class _Picture(NamedTuple):

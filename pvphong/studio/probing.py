@@ -140,7 +140,8 @@ class Locators:
 
 
 def read(place: Place, name: str, scene: Scene) -> Probe | None:
-    """Return the current lit value of a vertex, of a mesh that is up to date; None if the mesh has not been lit yet.
+    """Return the current lit value of a vertex, of a mesh that is up to date; None if the mesh has not been lit yet, or
+    other lights have lit it.
 
     Parameters
     ----------
@@ -152,9 +153,10 @@ def read(place: Place, name: str, scene: Scene) -> Probe | None:
         The current scene.
     """
     shading = place.mesh.shading_at(place.row)
-    if shading is None or shading.base is None or shading.per_light is None:
+    labels = light_labels(scene)
+    if shading is None or shading.base is None or shading.per_light is None or len(labels) != len(shading.per_light):
         return None
-    shares = {label: _first(share) for label, share in zip(light_labels(scene), shading.per_light, strict=True)}
+    shares = {label: _first(share) for label, share in zip(labels, shading.per_light, strict=True)}
     color = shading.rgb.clip(0.0, 1.0) if scene.light_model.clamp else shading.rgb
     return Probe(name, place.row, place.position, _first(color), _first(shading.base), shares, _bounced(shading))
 

@@ -109,6 +109,13 @@ def test_fit_writes_the_rig_with_the_lights_that_it_found(capsys):
     np.testing.assert_allclose(lit["phong"], lit["wanted"], atol=2e-5)
 
 
+def test_fit_joins_the_fields_of_a_light_that_is_named_twice():
+    from pvphong.cli.fit import _fields
+
+    found = _fields(("key:intensity", "fill:diffuse", "key:direction"))
+    assert found == {"key": "intensity,direction", "fill": "diffuse"}
+
+
 def test_fit_chooses_lights_of_blocks_and_reports_a_missed_tolerance(capsys):
     wanted("ball.vtp")
     pv.MultiBlock({"ball": pv.read("ball.vtp"), "box": pv.Cube(center=(2, 0, 0))}).save("two.vtm")

@@ -31,6 +31,14 @@ def test_every_vertex_is_near_one_that_remains(offset):
     assert pv.PolyData.from_regular_faces(points[found.rows], corners).area == pytest.approx(BALL.area, rel=0.05)
 
 
+def test_faces_keep_their_front():
+    points = np.asarray(BALL.points, np.float64)
+    found = clustered(points, np.asarray(BALL.point_normals), TRIANGLES, cubes=15.0)
+    a, b, c = points[found.rows[found.triangles]].transpose(1, 0, 2)
+    outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c)
+    assert (outwards > 0.0).mean() > 0.95  # clusters of a few cubes fold over
+
+
 def test_the_sides_of_a_thin_plate_stay_apart():
     plane = pv.Plane(i_resolution=40, j_resolution=40).triangulate()
     points = np.concatenate([plane.points, plane.points + np.array([0, 0, 1e-4])])

@@ -320,6 +320,12 @@ def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Sett
     if options.max_lights is not None and moves:
         remedy = "Fit their shapes without max_lights, and then choose."
         check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
+    for one in varied if options.max_lights is not None else ():
+        if one.rest(one.light) is not None:
+            remedy = "Vary its intensity, or all of its colours, so that nothing is left of it if it is not chosen."
+            check.refuse(
+                "vary", f"some colours of {one.label!r} with max_lights", "an intensity, or all colours", remedy
+            )
     if setting.visibility is not None and moves:
         remedy = "Leave it out; the rays are then cast as the lights move."
         check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)

@@ -202,7 +202,8 @@ class Analysis:
             own = found.setdefault(one.label, {})
             part = covariance[place, place]
             if field in one.charts:
-                own[field] = one.charts[field].deviation(np.diag(part))
+                value = getattr(self.point.lights[number], field)
+                own[field] = one.charts[field].deviation(value, np.diag(part))
             elif not one.colors:
                 own[field] = math.sqrt(part[0, 0])
             else:

@@ -349,7 +349,8 @@ def find(
         return whole, whole.at(lights), False
     random = np.random.default_rng(seed)
     rows = random.permutation(np.flatnonzero(wanted.counts))
-    few, some = (Search.of(columns.at(part), varied, wanted.at(part)) for part in (rows[:_OF_BANK], rows[:_OF_SEARCH]))
+    parts = (np.sort(rows[:count]) for count in (_OF_BANK, _OF_SEARCH))  # `Columns.at` keeps surfaces together
+    few, some = (Search.of(columns.at(part), varied, wanted.at(part)) for part in parts)
     exact = PERFECT * float(np.square(wanted.roots * wanted.values).sum())
     try:
         for point in _sampled(few, some, around, tries, random, max(exact, goal)):

@@ -195,17 +195,17 @@ class Chart:
     """Function of a value and coordinates; returns another value within the field's limits. All 0 is the value."""
     samples: Callable[[Any], list[Any]]
     """Function of a value; returns values from which a search may start."""
-    units: tuple[float, ...]
-    """For each number that reports show, its change per unit of a coordinate."""
+    units: Callable[[Any], tuple[float, ...]]
+    """Function of a value; returns, for each number that reports show, its change per unit of a coordinate."""
 
-    def deviation(self, variances: Float64Array) -> float | tuple[float, ...]:
-        """Return standard deviations in the field's unit; `variances` are those of the coordinates.
+    def deviation(self, value: Any, variances: Float64Array) -> float | tuple[float, ...]:
+        """Return standard deviations of a value in the field's unit; `variances` are those of the coordinates.
 
         A direction has one, the angle in degrees.
         """
         if self.count == 2:
-            return self.units[0] * math.sqrt(variances.sum())
-        found = tuple((np.array(self.units) * np.sqrt(variances)).tolist())
+            return self.units(value)[0] * math.sqrt(variances.sum())
+        found = tuple((np.array(self.units(value)) * np.sqrt(variances)).tolist())
         return found if self.count > 1 else found[0]
 
 
@@ -219,20 +219,21 @@ def _turned(value: Any, coordinates: Float64Array) -> tuple[float, float, float]
     return x, y, z
 
 
-def _chart(role: Role, value: Any, around: Sphere) -> Chart | None:
+def _chart(role: Role, around: Sphere, *, in_world: bool) -> Chart | None:
     """Return the coordinates of a field with a role; None if the field cannot vary."""
     center, radius = np.array(around.center), around.radius
     if isinstance(role, Direction):
-        return Chart(2, _turned, lambda now: [now], (math.degrees(1.0),))
+        return Chart(2, _turned, lambda now: [now], lambda _: (math.degrees(1.0),))
     if isinstance(role, Place):
 
         def shifted(now: Any, by: Float64Array) -> Any:
-            offset = np.array(now) + radius * by - center
-            longest = _FARTHEST * radius
-            offset *= min(1.0, longest / (float(np.linalg.norm(offset)) or 1.0))
-            return tuple((center + offset).tolist()) if by.any() else now
+            moved = np.array(now) + radius * by
+            if in_world:  # a camera's axes and origin are others
+                offset = moved - center
+                moved = center + offset * min(1.0, _FARTHEST * radius / (float(np.linalg.norm(offset)) or 1.0))
+            return tuple(moved.tolist()) if by.any() else now
 
-        return Chart(3, shifted, lambda now: [now], (radius,) * 3)
+        return Chart(3, shifted, lambda now: [now], lambda _: (radius,) * 3)
     if isinstance(role, Angle):
         least, most = max(role.least, 0.5), role.most
 
@@ -240,27 +241,27 @@ def _chart(role: Role, value: Any, around: Sphere) -> Chart | None:
             return min(max(now + math.degrees(float(by[0])), least), most) if by.any() else now
 
         spread = [least + share * (most - least) for share in (0.1, 0.25, 0.5, 0.9)]
-        return Chart(1, opened, lambda now: [now, *spread], (math.degrees(1.0),))
+        return Chart(1, opened, lambda now: [now, *spread], lambda _: (math.degrees(1.0),))
     if isinstance(role, Length):
 
         def grown(now: float, by: Float64Array) -> float:
             low, high = (size * radius for size in _SIZES)
             return min(max(now * math.exp(float(by[0])), low), high) if by.any() else now
 
-        return Chart(1, grown, lambda now: [now], (value,))
+        return Chart(1, grown, lambda now: [now], lambda now: (now,))
     if isinstance(role, Turn):
         return Chart(
             1,
             lambda now, by: now + math.degrees(float(by[0])),
             lambda now: [now + turn for turn in range(0, 360, 30)],
-            (math.degrees(1.0),),
+            lambda _: (math.degrees(1.0),),
         )
     if isinstance(role, Power):
         return Chart(
             1,
             lambda now, by: max(math.expm1(math.log1p(now) + float(by[0])), 0.0) if by.any() else now,
             lambda now: [now],
-            (1.0 + value,),
+            lambda now: (1.0 + now,),
         )
     return None
 
@@ -324,7 +325,7 @@ def _variation(index: int, label: str, light: Light, words: list[str], around: S
     known = {
         field: chart
         for field, role in light.roles.items()
-        if light.frame != "headlight" and (chart := _chart(role, getattr(light, field), around)) is not None
+        if light.frame != "headlight" and (chart := _chart(role, around, in_world=light.frame == "world")) is not None
     }
     fields = ["intensity", *_COLORS, *known]
     for word in words:

@@ -13,12 +13,13 @@ from __future__ import annotations
 import asyncio
 import hmac
 import ipaddress
+import json
 import secrets
 import socket
 import tempfile
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -484,3 +485,24 @@ class Messages(AioHttpWsHandler):
                     for chunk in generate_chunks(packed, MAX_MSG_SIZE):
                         await end.send_bytes(chunk)
         self.network_monitor.network_call_completed()
+
+
+def refuse_lamp_files(rig: Path) -> None:
+    """Raise ValueError if a lamp of an uploaded rig names a file: the server would open it.
+
+    What is no rig at all is left to `Scene.load`.
+    """
+    try:
+        left = [json.loads(rig.read_bytes())]
+    except (OSError, ValueError, RecursionError):
+        return
+    while left:
+        value = left.pop()
+        if isinstance(value, dict):
+            if isinstance(given := value.get("photometry"), str):
+                remedy = "A rig that is saved by pvphong contains the lamp's numbers."
+                allowed = "the numbers of a lamp in an uploaded rig, not a file"
+                check.refuse("photometry", PurePath(given).name, allowed, remedy)
+            left.extend(value.values())
+        elif isinstance(value, list):
+            left.extend(value)

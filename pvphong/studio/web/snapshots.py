@@ -139,7 +139,7 @@ def pictures(snapshots: Snapshots) -> Any:
         picture = snapshots.picture(request.match_info["number"])
         if picture is None:
             return web.Response(status=404)
-        headers: Mapping[str, str] = {"Cache-Control": "max-age=3600"}
+        headers: Mapping[str, str] = {"Cache-Control": "no-store"}
         return web.Response(body=picture, content_type="image/jpeg", headers=headers)
 
     return answer

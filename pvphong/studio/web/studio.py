@@ -39,7 +39,7 @@ from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.web.access import Access, Messages, no_launcher, upload
+from pvphong.studio.web.access import Access, Messages, no_launcher, refuse_lamp_files, upload
 from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Picture, reading_file
@@ -467,6 +467,7 @@ class Studio:
         self.open(await asyncio.to_thread(read, path, guarded=True), name)
 
     async def _take_rig(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
+        refuse_lamp_files(path)
         scene, materials = Scene.load(path), load_materials(path)
         for material in materials.values():
             for field, given in material.maps.items():

@@ -139,8 +139,8 @@ class Turntable:
             self.count += 1
         except asyncio.CancelledError:
             said = "The turntable is cancelled."
-        except ValueError as error:
-            said = str(error)
+        except Exception as error:  # else an error in a task is silent, and the page would wait for ever
+            said = str(error) if isinstance(error, ValueError) else f"The turntable could not be drawn: {error}"
         self.part = None
         if not self._is_released:
             self._changed()
@@ -178,7 +178,7 @@ class Turntable:
             bounds = np.array(boxes)
             middle = 0.5 * (bounds[:, ::2].min(axis=0) + bounds[:, 1::2].max(axis=0))
             plotter.enable_anti_aliasing("ssaa")
-            plotter.open_gif(path, fps=round(pictures / _SECONDS))
+            plotter.open_gif(path, fps=pictures / _SECONDS)
             for number in range(pictures):
                 aim(plotter, around(viewer, middle, 2.0 * math.pi * number / pictures))
                 plotter.renderer.ResetCameraClippingRange()

@@ -69,3 +69,9 @@ def test_colors_of_the_chosen_lights_are_found_too_and_clamping_counts():
     warm = next(light for light in fit.scene.lights if light.name == "lamp 2")
     np.testing.assert_allclose(warm.diffuse, (1.0, 0.5, 0.2), rtol=1e-4)
     assert warm.intensity == pytest.approx(3.0, rel=1e-4)
+
+
+def test_lights_of_which_something_would_be_left_are_not_chosen_among():
+    lamps = [replace(lamp, specular="white") for lamp in LAMPS[:3]]
+    with pytest.raises(ValueError, match=r"^vary must be an intensity, or all colours; got some colours of 'lamp 0'"):
+        MESH.phong.fit(ph.Scene(lamps, VIEWER), MATERIAL, lit({0: 0.5}), "diffuse", max_lights=1)

@@ -182,3 +182,39 @@ def test_a_tolerance_ends_the_search_early(monkeypatch):
         counts.append(len(descents))
     assert counts[1] - counts[0] == 2  # on the sample and on all vertices
     assert counts[0] > 5
+
+
+def test_samples_of_blocks_ask_each_block_for_its_own_colours(monkeypatch):
+    sun = ph.DirectionalLight(direction=(1, -1, -2), intensity=0.7, name="sun")
+    blocks = pv.MultiBlock({"a": SMALL, "b": SMALL.translate((3, 0, 0))})
+    lit = blocks.phong.shade(ph.Scene([sun], VIEWER), MATERIAL, precision="float64")
+    samples, sampled = [], search._sampled
+
+    def spy(few, some, *rest):
+        samples.extend([few, some])
+        return sampled(few, some, *rest)
+
+    monkeypatch.setattr(search, "_sampled", spy)
+    target = {path: lit[path]["phong"] for path in ("a", "b")}
+    blocks.phong.fit(ph.Scene([sun], VIEWER), MATERIAL, target, {"sun": "intensity direction"}, tries=1)
+    for each in samples:
+        assert each.at([one.light for one in each.varied]).solution.squares < 1e-12
+    assert len(samples) == 2
+
+
+def test_a_light_of_the_camera_is_found_wherever_the_mesh_is():
+    true, begin = ph.PointLight((0.5, 1.5, 1), frame="camera"), ph.PointLight((0, 0, 1), frame="camera")
+    far = SMALL.translate((100, 0, 0))
+    viewer = replace(VIEWER, position=np.add(VIEWER.position, (100, 0, 0)), focal_point=(100, 0, 0))
+    fit = far.phong.fit(ph.Scene([begin], viewer), MATERIAL, colors(far, ph.Scene([true], viewer)), "position")
+    np.testing.assert_allclose(fit.scene.lights[0].position, true.position, rtol=2e-3, atol=2e-3)
+
+
+def test_deviations_are_those_of_the_value_that_was_found():
+    true = ph.SpotLight.at((0, -3, 1), target=(0, 0, 0), exponent=8, name="spot")
+    target = colors(SMALL, ph.Scene([true], VIEWER))
+    target = target + np.random.default_rng(1).normal(0.0, 0.003, target.shape)
+    scenes = [ph.Scene([replace(true, exponent=begin)], VIEWER) for begin in (2.0, 20.0)]
+    fits = [SMALL.phong.fit(each, MATERIAL, target, "exponent") for each in scenes]
+    one, other = (fit.deviations["spot"]["exponent"] for fit in fits)
+    assert one == pytest.approx(other, rel=0.02)

@@ -11,7 +11,16 @@ import pytest
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 from pvphong.studio.web import access
-from pvphong.studio.web.access import Access, Malformed, is_loopback, plain, upload, view_event, view_size
+from pvphong.studio.web.access import (
+    Access,
+    Malformed,
+    is_loopback,
+    plain,
+    refuse_lamp_files,
+    upload,
+    view_event,
+    view_size,
+)
 
 web = pytest.importorskip("aiohttp.web")
 
@@ -215,3 +224,14 @@ def test_no_garbage_gets_through_as_anything_but_an_event():
         passed += 1
         json.dumps(event, allow_nan=False)
     assert passed > 100
+
+
+def test_an_uploaded_rig_opens_no_file_of_the_server(tmp_path):
+    rig = tmp_path / "rig.json"
+    for lamp in ({"photometry": "/etc/passwd"}, {"fields": {"photometry": "C:\\secret\\lamp.ies"}}):
+        rig.write_text(json.dumps({"lights": [{"intensity": 1.0}, lamp]}))
+        with pytest.raises(ValueError, match=r"^photometry must be the numbers of a lamp in an uploaded rig"):
+            refuse_lamp_files(rig)
+    for text in ('{"lights": [{"photometry": {"candela": [[1.0]]}}]}', "[" * 100_000, "{", ""):
+        rig.write_text(text)
+        refuse_lamp_files(rig)
