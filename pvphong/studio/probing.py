@@ -115,7 +115,11 @@ class Locators:
     def _in(self, mesh: LitMesh, point: Float64Array) -> tuple[float, int]:
         """Return the distance of a mesh from a point, in the world, and the number of its nearest vertex."""
         matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
-        local = transform_points(point[None], np.linalg.inv(matrix))[0]
+        try:
+            inverse = np.linalg.inv(matrix)
+        except np.linalg.LinAlgError:  # its actor flattens the mesh
+            inverse = np.linalg.pinv(matrix)
+        local = transform_points(point[None], inverse)[0]
         rows = np.arange(mesh.drawn.n_points)
         on_surface: list[float] | None = None
         if mesh.drawn.n_cells:

@@ -5,6 +5,7 @@ import pytest
 import pyvista as pv
 
 import pvphong as ph
+from pvphong.geometry.transform import SingularMatrixWarning
 
 BALL = pv.Sphere(theta_resolution=16, phi_resolution=16)
 LIGHTS = [
@@ -73,6 +74,18 @@ def test_a_moved_mesh_is_read_where_it_is_drawn(new_plotter):
     assert found.point_id == row
     lit = BALL.phong.shade(plotter.phong.scene, SHINY, components=True, matrix=actor.user_matrix)
     np.testing.assert_allclose(found.shares["lamp"], lit["phong_light_lamp"][row], atol=2e-6)
+
+
+def test_a_mesh_that_its_actor_flattens_is_read(new_plotter):
+    plotter = new_plotter((100, 80))
+    plotter.phong.add_light(ph.DirectionalLight(name="sun"))
+    actor = plotter.phong.add_mesh(BALL.copy(), name="flat")
+    actor.user_matrix = np.diag([1.0, 1.0, 0.0, 1.0])
+    with pytest.warns(SingularMatrixWarning):
+        plotter.show(auto_close=False)
+    with pytest.warns(SingularMatrixWarning):
+        found = plotter.phong.probe((0, 0, 0))
+    assert found.mesh == "flat"
 
 
 def test_the_nearest_surface_is_read_and_not_the_nearest_vertex(new_plotter):

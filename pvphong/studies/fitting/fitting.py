@@ -379,7 +379,7 @@ def _wanted(
     for part, each in zip(parts, vertices, strict=True):
         given = part.given(target)
         asked = checked_target(np.nan if given is None else given, part.mesh)
-        own = checked_weights(part.given(weights), asked, part.mesh)
+        own = checked_weights(None if given is None else part.given(weights), asked, part.mesh)
         values.append(asked[part.rows])
         areas.append(own[part.rows] * point_areas(part.source, matrix))
         finite = np.isfinite(each.points)

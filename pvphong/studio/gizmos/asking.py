@@ -139,6 +139,8 @@ def _lit(gizmos: Gizmos, varied: list[Variation]) -> tuple[Float64Array, list[Co
     bases, areas, points = list[Float64Array](), list[Float64Array](), list[Float64Array]()
     shares: list[list[Float64Array]] = [[] for _ in varied]
     for mesh, vertices in gizmos.lit.vertices():
+        if vertices.equation(direct, mesh.material, mesh.matrix).gamma != 1.0:
+            raise ValueError("light does not add up in VTK's convention of PBR: ask for it with LightModel()")
         subject = Subject(vertices, mesh.material, None, vertices.visibility)
         columns = Columns([subject], direct, mesh.matrix, None, "auto", len(varied))
         bases.append(columns.base(varied))

@@ -279,6 +279,9 @@ def test_blocks_are_fitted_together():
     assert len(fit.differences["left"]) == BALL.n_points
     alone = blocks.phong.fit(start, MATTE, {"left": target["left"]}, "intensity")
     np.testing.assert_allclose(intensities(alone), [0.4, 0.6], rtol=1e-6)
+    everywhere = {path: np.ones(BALL.n_points) for path in ("left", "right")}
+    weighted = blocks.phong.fit(start, MATTE, {"left": target["left"]}, "intensity", weights=everywhere)
+    np.testing.assert_allclose(intensities(weighted), [0.4, 0.6], rtol=1e-6)
     with pytest.raises(
         ValueError, match=r"target must be one whose keys are paths of blocks.*; got a mapping with 'lft'"
     ):

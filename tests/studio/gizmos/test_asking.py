@@ -124,3 +124,13 @@ def test_shadows_count_and_what_no_light_reaches_is_said(new_plotter):
     dark.key("space")
     stops(dark, 1.0)
     assert any("no light follows" in text.GetInput() for text in texts(dark.plotter))
+
+
+def test_where_light_does_not_add_up_that_is_said(new_plotter):
+    mouse = window(new_plotter, LEFT, model=ph.LightModel.vtk())
+    shiny = ph.Material(reflectance=ph.PBR(metallic=0.5, roughness=0.4))
+    mouse.plotter.phong.add_mesh(BALL.translate((2, 0, 0)), shiny, reset_camera=False)
+    mouse.key("space")
+    stops(mouse, 1.0)
+    assert any("light does not add up" in text.GetInput() for text in texts(mouse.plotter))
+    assert mouse.plotter.phong.lights[0].intensity == LEFT.intensity
