@@ -22,12 +22,11 @@ def pytest_xdist_setupnodes() -> None:
 
 
 _LONGEST = (
-    *("test_in_a_browser", "test_inputs_in_a_browser", "test_layout_in_a_browser", "test_waiting_in_a_browser"),
     *("test_stage_in_a_browser", "test_placing_in_a_browser"),
     *("test_docstrings", "test_manual", "test_examples", "test_first_use", "test_faults", "test_over_and_over"),
     *("test_refine_far_away", "test_refine", "test_refine_shadows", "test_refusals", "test_commands", "test_sides"),
 )
-"""Files whose tests take long: they run first, so that several processes end at the same time."""
+"""Files whose tests take long. They run first, with those in browsers, so that several processes end together."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -38,7 +37,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with what takes longest."""
-    items.sort(key=lambda item: item.path.stem not in _LONGEST)
+    items.sort(key=lambda item: not item.path.stem.endswith("in_a_browser") and item.path.stem not in _LONGEST)
 
 
 def pytest_collection_finish() -> None:

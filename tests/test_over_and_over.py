@@ -27,7 +27,7 @@ def few_or_many(few, many):
     )
 
 
-@few_or_many(24, 10_000)
+@few_or_many(16, 10_000)
 @pytest.mark.parametrize("what", ["window", "update", "vtk_shader"])
 def test_nothing_is_left(what, count):
     count *= 40 if what == "update" else 1  # `undo` keeps 256 of them

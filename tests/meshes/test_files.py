@@ -356,7 +356,7 @@ def test_guarded_is_a_flag_and_needs_a_python_that_can_be_started(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("kills", "limits"), [pytest.param(16, 3, id="few"), pytest.param(500, 20, id="many", marks=pytest.mark.long)]
+    ("kills", "limits"), [pytest.param(10, 3, id="few"), pytest.param(500, 20, id="many", marks=pytest.mark.long)]
 )
 def test_the_old_file_is_there_or_the_new_one(kills, limits):
     command = [sys.executable, "-W", "ignore", interrupting.__file__, str(kills), str(limits)]

@@ -1,5 +1,7 @@
 """Soft shadows in a page: a few rays at once, as many as accuracy needs from a thread, none again for other edits."""
 
+import threading
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -15,12 +17,26 @@ FEW = 16
 
 
 @pytest.fixture
-def efforts(monkeypatch):
+def efforts(monkeypatch, finer):
     """Numbers of samples of all lights and skies that are sampled, in order."""
-    found, look = [], visibility.look
-    monkeypatch.setattr(visibility, "look", lambda *what, samples, **how: (
-        found.append(samples) or look(*what, samples=samples, **how)))  # fmt: skip
+    found, cast = [], visibility.look
+
+    def look(*what, samples, **how):
+        if samples is None:
+            assert finer.wait(60.0)
+        found.append(samples)
+        return cast(*what, samples=samples, **how)
+
+    monkeypatch.setattr(visibility, "look", look)
     return found
+
+
+@pytest.fixture
+def finer():
+    """An event without which no more than a few rays are cast."""
+    event = threading.Event()
+    event.set()
+    return event
 
 
 @pytest.fixture
@@ -64,13 +80,15 @@ def exact(plotter):
     return np.rint(255.0 * lit["phong"]).astype(int)
 
 
-def test_few_rays_at_once_and_all_of_them_later(page, efforts):
+def test_few_rays_at_once_and_all_of_them_later(page, efforts, finer):
+    finer.clear()
     page.show(auto_close=False)
     assert set(efforts) == {FEW}
     assert lit_of(page).is_awaiting
     assert lit_of(page).note == "soft shadows grow finer"
     rough = floor(page)
     efforts.clear()
+    finer.set()
     settle(page)
     assert set(efforts) == {None}
     assert lit_of(page).note == ""

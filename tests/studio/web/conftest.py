@@ -13,11 +13,22 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("studio")
 
 
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """One browser for all files, because its start takes seconds."""
+    browser = new_browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.quit()
+
+
 @pytest.fixture(scope="module")
-def driver(folder):
-    driver = new_browser(folder / "profile")
-    yield driver
-    driver.quit()
+def driver(browser):
+    """The browser, without what the file before has left."""
+    browser.get("about:blank")
+    browser.get_log("browser")
+    yield browser
+    browser.get("about:blank")
+    assert len(browser.window_handles) == 1
 
 
 @pytest.fixture(scope="module")

@@ -24,6 +24,7 @@ pytestmark = needs_a_browser
 
 def test_all_kinds_of_light_are_added_by_a_click_and_undone(page):
     for kind in LIGHT_TYPES:
+        page.settled(lambda kind=kind: page.all(f"add-{kind}")[0].rect)  # the row of the new light moves the buttons
         page.click(f"add-{kind}")
         page.until(lambda kind=kind: page.light(kind)["selected"])
     assert len(page.all("light-row")) == 3 + len(LIGHT_TYPES)

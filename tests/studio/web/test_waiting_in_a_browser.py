@@ -35,6 +35,7 @@ def test_a_slow_refinement_gets_better_pauses_and_goes_on(slow, folder):
     page.until(lambda: page.state("refining") is not None)
     page.until(lambda: parts.append(page.state("refining")) or page.state("refining_paused"))
     assert "points added" in page.all("refined")[0].text
+    parts = parts[parts.index(min(parts)) :]  # before it, the refinement to the tolerance set first
     assert parts == sorted(parts)
     assert len(set(parts)) > 5
     assert page.all("refining-percent")[0].text == f"{parts[-1]} %"
