@@ -40,7 +40,7 @@ from pvphong.studio.web import refuse_missing_extra
 _NO_KEYS: Keys = MappingProxyType({})
 
 
-_STAGE = Material(ambient=0.6, diffuse=0.6)
+_STAGE, _STAGE_NAME = Material(ambient=0.6, diffuse=0.6), "stage"
 
 
 class PlotterPhong(Readings, Handle):
@@ -279,6 +279,10 @@ class PlotterPhong(Readings, Handle):
         bounds = [mesh.actor.bounds for mesh in lit.subjects if mesh.actor is not None]
         if not bounds:
             check.refuse("plotter", "one without a lit mesh", "a plotter that shows a lit mesh", "Call add_mesh first.")
+        taken = renderer.actors.get(_STAGE_NAME)
+        if taken is not None and (lit.stage is None or lit.stage.actor is not taken):
+            remedy = "Add that actor by another name."
+            check.refuse("name", f"an actor {_STAGE_NAME!r} that is no stage", "free for the stage", remedy)
         low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
         viewer = self._subplot.lights.viewer if renderer.camera_set else None  # else PyVista's default view comes later
         options = StageOptions(tuple(np.stack([low, high], axis=1).ravel().tolist()), kind, viewer)
@@ -286,7 +290,7 @@ class PlotterPhong(Readings, Handle):
             options.make(),
             _STAGE if material is None else material,
             feature_angle=lit.subjects[0].feature_angle,  # so that one call of `shade` can light both
-            name="stage",
+            name=_STAGE_NAME,
             reset_camera=False,
         )
         self._drawn(actor)[1].stage = options

@@ -831,3 +831,16 @@ def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
         phong.add_light("lamp")  # a rejected edit is no step
     assert phong.undo()
     assert phong.lights == states[-2]
+
+
+def test_a_stage_replaces_no_actor_of_ones_own(new_plotter):
+    plotter = new_plotter()
+    plotter.phong.add_mesh(pv.Sphere(), name="stage")
+    with pytest.raises(ValueError, match=r"^name must be free for the stage; got an actor 'stage' that is no stage"):
+        plotter.phong.add_stage("ground")
+    assert "stage" in plotter.actors
+    plotter.remove_actor("stage")
+    plotter.phong.add_mesh(pv.Sphere(), name="ball")
+    plotter.phong.add_stage("ground")
+    plotter.phong.add_stage("plinth")  # a stage replaces a stage
+    assert set(plotter.actors) == {"ball", "stage"}

@@ -77,6 +77,15 @@ def number(
     return result
 
 
+def whole(name: str, value: Any, *, at_least: int, at_most: float = math.inf) -> int:
+    """Return a whole number within the bounds, as an int; refuse any other value."""
+    result = number(name, value, at_least=at_least, at_most=at_most)
+    if not result.is_integer():
+        upper = f" and <= {at_most:g}" if at_most < math.inf else ""
+        refuse(name, value, f"a whole number >= {at_least}{upper}")
+    return int(result)
+
+
 def flag(name: str, value: Any) -> bool:
     """Return True or False as a Python bool; refuse all types but Python's and NumPy's bool."""
     if not isinstance(value, (bool, np.bool_)):

@@ -138,15 +138,16 @@ def daylight(
     >>> round(float(gloomy.total.max()), -2)  # Wh/m²
     2400.0
     """
-    source, _ = split_sharp_edges(surface(mesh), feature_angle)
+    source = shallow_copy(split_sharp_edges(surface(mesh), feature_angle)[0])
+    source.points = np.array(source.points)  # rays are cast later, when the mesh may have changed
     normals = functools.cache(lambda: point_normals(source))
-    place, count = checked_place(place), int(check.number("patches", patches))
+    place, count = checked_place(place), check.number("patches", patches)
     if count not in _FINER:
         check.refuse("patches", patches, "145 or 577")
-    sky = Patches(_FINER[count])
-    rays = int(check.number("samples", samples, at_least=2.0, at_most=64.0))
+    sky = Patches(_FINER[int(count)])
+    rays = check.whole("samples", samples, at_least=2, at_most=64)
     moment = Moments.of(times, place, check.number("sun_bin", sun_bin, at_least=0.0, at_most=5.0))
-    bounces = int(check.number("bounces", bounces, at_least=0.0, at_most=100.0))
+    bounces = check.whole("bounces", bounces, at_least=0, at_most=100)
     memory = check.number("memory", memory, at_least=0.0)
     albedo = check.number("albedo", albedo, at_least=0.0, at_most=1.0)
     _warn_of_degrees(source, place)
@@ -426,9 +427,9 @@ class Daylight:
     @property
     def mesh(self) -> pv.PolyData:
         """The surface with the point arrays ``sun_hours``, ``direct``, ``diffuse``, ``reflected`` and ``total``."""
-        result = shallow_copy(self._study.source)
+        result = self._study.source.copy()
         for name in _RESULTS:
-            result.point_data[name] = getattr(self, name)
+            result.point_data[name] = np.array(getattr(self, name))
         return result
 
     def plot(

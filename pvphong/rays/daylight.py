@@ -300,12 +300,14 @@ def received(
         from_sun = bits.T.astype(np.float64) @ of_sun
         result.direct[some] = np.maximum((from_sun[:, :3] * n).sum(axis=1), 0.0)
         result.sun_hours[some] = from_sun[:, 3]
+        lengths = np.linalg.norm(n, axis=1)
         from_patches = patches.seen_from(n @ axes.T)
         from_patches *= sources.sky
+        from_patches[lengths == 0.0] = 0.0  # a vertex without a normal faces nothing
         visible = coefficients.sky[some] / _WHOLE
         result.diffuse[some] = (from_patches * visible).sum(axis=1)
         variance = (from_patches**2 * variance_of(visible, coefficients.samples)).sum(axis=1)
-        open_ground = (0.5 * math.pi * sources.ground) * (np.linalg.norm(n, axis=1) - n @ axes[2])
+        open_ground = (0.5 * math.pi * sources.ground) * (lengths - n @ axes[2])
         result.ground[some] = open_ground * coefficients.ground[some]
         result.error[some] = np.sqrt(variance + (open_ground * coefficients.ground_error[some]) ** 2)
 

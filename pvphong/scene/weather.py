@@ -64,7 +64,7 @@ def _checked(given: list[Any], index: Any) -> Irradiances:
     found = []
     for name, values in zip(Irradiances._fields, given, strict=True):
         _refuse_other_times(name, getattr(values, "index", None), index)
-        values = np.asarray(check.real_array(f"weather: {name}", values, "an array of real numbers"), np.float64)
+        values = np.array(check.real_array(f"weather: {name}", values, "an array of real numbers"), np.float64)
         if values.shape != (len(index),):
             got, remedy = f"an array of shape {values.shape}", "Pass one value in W/m² for each time."
             check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), as the times", remedy)
@@ -118,7 +118,7 @@ def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
     rows = np.flatnonzero(unique)[hours[unique].get_indexer(wanted)]
     is_missing = hours[unique].get_indexer(wanted) < 0
     if is_missing.any():
-        got = f"{path} without the hour of {index[is_missing.argmax()].isoformat()}"
+        got = f"{path.name} without the hour of {index[is_missing.argmax()].isoformat()}"
         check.refuse("weather", got, "an EPW file with all hours of the times")
     found = []
     for name, column in zip(Irradiances._fields, file.columns, strict=True):
@@ -152,10 +152,10 @@ def _read(path: Path) -> _Epw:
         where = float(header["latitude"]), float(header["longitude"])
         return _Epw(hours, columns, float(header["TZ"]), where, str(header.get("city", "another place")))
     except OSError as error:
-        return check.refuse("weather", path, "an EPW file that can be read", f"{error.strerror or error}.")
+        return check.refuse("weather", path.name, "an EPW file that can be read", f"{error.strerror or error}.")
     except Exception as error:  # whatever pvlib and pandas raise for a damaged file
         reason = str(error).split("\n", maxsplit=1)[0]
-        return check.refuse("weather", path, "an EPW file", f"It is damaged or of another format: {reason}.")
+        return check.refuse("weather", path.name, "an EPW file", f"It is damaged or of another format: {reason}.")
 
 
 def zone_of(path: Path) -> float:

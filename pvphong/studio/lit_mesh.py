@@ -303,6 +303,8 @@ class LitMesh:
             copied.set_active_scalars(ARRAY, preference="point")
             return copied
         shown = self.drawn if self.actor is None else self.actor.mapper.dataset
+        if shown.n_points < self.drawn.n_points:  # a coarse stand-in; a refined mesh begins with the mesh's own points
+            shown = self.drawn
         copied = shown.copy()
         copied.point_data[ARRAY] = np.asarray(copied.point_data[ARRAY])[:, :3].astype(np.float32) / np.float32(255.0)
         copied.set_active_scalars(ARRAY, preference="point")

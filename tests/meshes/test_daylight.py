@@ -481,3 +481,37 @@ UNEVEN = DAY[[0, 1]].append(DAY[[3]] + pandas.Timedelta("20min"))
 def test_options_that_are_refused(options, message):
     with pytest.raises(ValueError, match=message):
         GROUND.phong.daylight(**{"times": DAY, "place": MUNICH} | options)
+
+
+# --- what the result shares with nobody
+
+
+def test_a_vertex_without_a_normal_gets_no_light():
+    plane = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
+    bare = pv.PolyData(np.vstack([plane.points, [[5.0, 5.0, 5.0]]]), plane.faces)
+    light = bare.phong.daylight(DAY, MUNICH)
+    assert light.total[-1] == light.standard_error[-1] == 0.0
+    assert light.diffuse[0] > 100.0
+
+
+def test_results_share_no_memory_with_what_others_edit():
+    plane, weather = pv.Plane(i_resolution=4, j_resolution=4).triangulate(), (np.full(24, 500.0), np.full(24, 90.0))
+    expected = plane.phong.daylight(DAY, MUNICH, weather)
+    direct = expected.direct.copy()
+    light = plane.phong.daylight(DAY, MUNICH, weather)
+    weather[0][:] = 0.0
+    points = plane.points.copy()
+    plane.points[:] = 0.0
+    np.testing.assert_array_equal(light.direct, direct)
+    np.testing.assert_array_equal(light.mesh.points, points)
+    light.mesh["direct"][:] = 0.0
+    light.mesh.points[:] = 0.0
+    np.testing.assert_array_equal(light.direct, direct)
+    np.testing.assert_array_equal(light.mesh.points, points)
+
+
+@pytest.mark.parametrize("option", [{"patches": 145.5}, {"samples": 2.5}, {"bounces": 1.5}])
+def test_fractions_are_not_rounded_to_whole_numbers(option):
+    ((name, value),) = option.items()
+    with pytest.raises(ValueError, match=rf"^{name} must be .*; got {value}"):
+        pv.Plane().phong.daylight(DAY, MUNICH, **option)

@@ -133,3 +133,9 @@ def test_other_meshes_are_drawn_as_always(drawn, monkeypatch, how):
         plotter.render()
         time.sleep(0.02)
         assert not pictures.are_shown
+
+
+def test_downloads_as_shown_are_of_the_mesh_itself(drawn):
+    plotter, pictures, mesh = drawn
+    made(plotter, pictures, mesh)
+    assert mesh.as_shown().n_points == mesh.drawn.n_points

@@ -84,13 +84,13 @@ class Subject:
         return len(self.vertices)
 
     def at(self, rows: IntArray) -> Subject:
-        """Return the surface reduced to some of its vertices."""
+        """Return the surface reduced to some of its vertices, for lights that move: no visibility is given for them."""
         whole = self.vertices
         maps = {name: values.rows[rows] for name, values in whole.maps.items()}
         tangents = functools.cache(lambda: whole.tangents[rows])
         some = Vertices(whole.points[rows], whole.normals[rows], maps, tangents=tangents, ranges=whole.ranges)
         tracer = None if self.tracer is None else replace(self.tracer, receiver=self.tracer.receiver.some(rows))
-        return Subject(some, self.material, tracer, None if self.seen is None else _SomeRows(self.seen, rows))
+        return Subject(some, self.material, tracer)
 
     @functools.cached_property
     def sky(self) -> list[FloatArray]:
@@ -102,18 +102,6 @@ class Subject:
         """Return the visible part of a light in the world, and with `behind` also from the vertices' other sides."""
         assert self.tracer is not None
         return [seen.part for seen in self.tracer.light(light, behind=behind)]
-
-
-class _SomeRows(VisibilityLike):
-    def __init__(self, whole: VisibilityLike, rows: IntArray) -> None:
-        self._whole, self._rows = whole, rows
-
-    def refuse_other(self, *_given: Any) -> None:
-        """Accept it, because the whole visibility has been checked."""
-
-    def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return the rows of the whole visibility at these vertices."""
-        return self._whole.channels(lights, sky=sky, behind=behind)[:, self._rows]
 
 
 Seen = list[VisibilityLike | None]

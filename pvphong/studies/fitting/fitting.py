@@ -197,13 +197,8 @@ def fit_blocks(
     return _fitted(parts, scene, target, vary, setting, wishes, light, begun)
 
 
-def _whole(name: str, value: Any, least: int) -> int:
-    number = check.number(name, value, at_least=float(least))
-    return int(number) if number == int(number) else check.refuse(name, value, f"a whole number >= {least}")
-
-
 def _whole_or_none(name: str, value: Any) -> int | None:
-    return None if value is None else _whole(name, value, 1)
+    return None if value is None else check.whole(name, value, at_least=1)
 
 
 @dataclass(frozen=True)
@@ -213,8 +208,8 @@ class Options:
     weights: Any = None
     max_lights: int | None = check.field(_whole_or_none, None)
     tolerance: float = check.field(functools.partial(check.number, at_least=0.0), 0.0)
-    tries: int = check.field(functools.partial(_whole, least=1), TRIES)
-    seed: int = check.field(functools.partial(_whole, least=0), 0)
+    tries: int = check.field(functools.partial(check.whole, at_least=1), TRIES)
+    seed: int = check.field(functools.partial(check.whole, at_least=0), 0)
 
     def __post_init__(self) -> None:
         check.fields(self)
@@ -385,7 +380,10 @@ def _wanted(
         finite = np.isfinite(each.points)
         if not finite.all():
             areas[-1][~finite.all(axis=1)] = 0.0
-    if len({each.shape[1] for each in values}) > 1:
+    if len({each.shape[1] for each in values if not np.isnan(each).all()}) > 1:
+        got, remedy = "luminances of some blocks and colours of others", "Luminances determine no hue."
+        check.refuse("target", got, "all luminances, or all colours", remedy)
+    if len({each.shape[1] for each in values}) > 1:  # a block of which nothing is asked has either shape
         values = [np.broadcast_to(each, (len(each), 3)) for each in values]
     return wanted_of(np.concatenate(values), np.concatenate(areas), clamps)
 

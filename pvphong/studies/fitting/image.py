@@ -66,8 +66,8 @@ def colors_from_image(
     Returns
     -------
     ndarray or dict
-        Shape (n_points, 3), float64, linear; NaN where the picture does not show a point. The points are those of the
-        mesh's surface: for a PolyData all points. For a MultiBlock, a dictionary of such arrays by path.
+        Shape (n_points, 3), float64, linear; NaN where the picture does not show a point, such as inside a volume. For
+        a MultiBlock, a dictionary of such arrays by path. Either is a target for `mesh.phong.fit`.
 
     Raises
     ------
@@ -95,11 +95,23 @@ def colors_from_image(
     if not blocking:
         check.refuse("mesh", "one without faces", "a mesh with faces, which hide points behind them")
     occluding = Occluders([*blocking, *checked_occluders(occluders)])
-    found = {path: _read(each, occluding, viewer, pixels) for path, each in zip(surfaces, receivers, strict=True)}
+    found = {
+        path: _of_points(parts[path], surfaces[path], _read(each, occluding, viewer, pixels))
+        for path, each in zip(surfaces, receivers, strict=True)
+    }
     if all(np.isnan(colors).all() for colors in found.values()):
         remedy = "Pass the camera with which the picture was made, and a picture of all that it sees."
         check.refuse("camera", repr(viewer), "one whose picture shows points of the mesh", remedy)
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
+
+
+def _of_points(mesh: pv.DataSet, outside: pv.PolyData, colors: Float64Array) -> Float64Array:
+    """Return colours of all points of a mesh, from those of its surface; NaN for the others."""
+    if isinstance(mesh, pv.PolyData | pv.PointSet):
+        return colors
+    found = np.full((mesh.n_points, 3), np.nan)
+    found[np.asarray(outside.point_data["vtkOriginalPointIds"])] = colors
+    return found
 
 
 def _pixels(image: Any, encoding: str) -> Float64Array:

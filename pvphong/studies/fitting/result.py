@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -85,7 +85,7 @@ class Analysis:
     def differences(self, colors: Float64Array) -> Float64Array:
         """Return signed differences of colours from the target, shape (n, 1) or (n, 3); NaN where nothing is asked."""
         shown = np.minimum(colors, 1.0) if self.wanted.clamps else colors
-        return np.where(self.wanted.roots > 0.0, self.wanted.seen(shown) - self.wanted.values, np.nan)
+        return np.where(self.wanted.roots > 0.0, self.wanted.seen(shown) - self.wanted.reachable, np.nan)
 
     def error(self, residual: Float64Array) -> FitError:
         """Return the errors of a weighted residual."""
@@ -109,7 +109,7 @@ class Analysis:
     def unmet(self) -> tuple[Unmet, ...]:
         """Parts of the target that no intensities can give, with reasons."""
         wanted, base = self.wanted, self.wanted.seen(self.problem.base)
-        counts, gap = wanted.roots > 0.0, wanted.values - base
+        counts, gap = wanted.roots > 0.0, wanted.reachable - base
         reached = np.zeros(base.shape, bool)
         for colors, channel in self.problem.columns:
             lit = colors > 0.0
@@ -197,6 +197,7 @@ class Analysis:
         """Light → field → standard deviation; see `Fit.deviations`."""
         _, _, places = self._whole
         covariance, found = self.covariance, dict[str, dict[str, Deviation]]()
+        of_colors: list[slice | None] = [None] * len(self.varied)
         for number, field, place in places:
             one = self.varied[number]
             own = found.setdefault(one.label, {})
@@ -204,27 +205,35 @@ class Analysis:
             if field in one.charts:
                 value = getattr(self.point.lights[number], field)
                 own[field] = one.charts[field].deviation(value, np.diag(part))
-            elif not one.colors:
-                own[field] = math.sqrt(part[0, 0])
+            elif one.colors:
+                before = of_colors[number] or place  # a light's colours are next to each other
+                of_colors[number] = slice(before.start, place.stop)
             else:
-                own.update(self._of_products(one, field, self.solution.x[place], part))
+                own[field] = math.sqrt(part[0, 0])
+        for one, colors in zip(self.varied, of_colors, strict=True):
+            if colors is not None:
+                found[one.label] |= self._of_products(one, self.solution.x[colors], covariance[colors, colors])
         return found
 
     @staticmethod
-    def _of_products(
-        one: Variation, field: str, products: Float64Array, covariance: Float64Array
-    ) -> Iterator[tuple[str, Deviation]]:
-        """Yield deviations of a colour, and of the intensity if it varies too, from those of their products."""
-        largest = int(np.argmax(products))
-        given = one.values.max() / one.light.intensity if one.light.intensity else 0.0
-        if "intensity" not in one.linear:
-            yield field, tuple((np.sqrt(np.diag(covariance)) / one.light.intensity).tolist())
-            return
-        scale = given or 1.0
-        yield "intensity", math.sqrt(covariance[largest, largest]) / scale
-        slopes = np.eye(3) - np.outer(products / (products[largest] or 1.0), np.eye(3)[largest])
-        slopes *= scale / (products[largest] or 1.0)
-        yield field, tuple(np.sqrt(np.maximum(np.diag(slopes @ covariance @ slopes.T), 0.0)).tolist())
+    def _of_products(one: Variation, products: Float64Array, covariance: Float64Array) -> dict[str, Deviation]:
+        """Return deviations of a light's colours, and of its intensity if it varies too, from those of their products.
+
+        Intensity and colours are told apart as in `Variation.solved`: by the largest channel of all colours.
+        """
+        found: dict[str, Deviation] = {}
+        if "intensity" in one.linear:
+            largest = int(np.argmax(products))
+            scale = (one.values.max() / one.light.intensity if one.light.intensity else 0.0) or 1.0
+            found["intensity"] = math.sqrt(covariance[largest, largest]) / scale
+            units = np.eye(len(products))
+            slopes = units - np.outer(products / (products[largest] or 1.0), units[largest])
+            slopes *= scale / (products[largest] or 1.0)
+            covariance = slopes @ covariance @ slopes.T
+        else:
+            covariance = covariance / one.light.intensity**2
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0)).reshape(-1, 3).tolist()
+        return found | dict(zip(one.colors, map(tuple, deviations), strict=True))
 
     @cached_property
     def alike(self) -> tuple[tuple[str, ...], ...]:

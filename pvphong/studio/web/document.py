@@ -144,7 +144,8 @@ class Document:
     @background.setter
     def background(self, background: Background) -> None:
         self._is_transparent = background.transparent
-        self._subplot.renderer.set_background(rgb(background.background))
+        if background.background != self.background.background:  # else a gradient would be lost
+            self._subplot.renderer.set_background(rgb(background.background))
 
     # -- undo
 

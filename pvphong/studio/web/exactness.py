@@ -39,7 +39,7 @@ class Exactness(NamedTuple):
     improve: Remedy
 
 
-def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) -> Exactness:
+def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool, is_paused: bool = False) -> Exactness:
     """Return the sentence for the plans of all visible meshes.
 
     Parameters
@@ -50,6 +50,8 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) ->
         Tolerance of the plans, and of refined pictures.
     is_refined : bool
         True if refining has reached its tolerance.
+    is_paused : bool, default False
+        True if refining waits for a click, because its time is over.
     """
     error = max((made.error_bound for made in plans), default=0.0)
     has_edges = any(plan.effects[name].on for plan in plans for name in ("shadow", "cone"))
@@ -65,7 +67,7 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool) ->
     text += f"Left out: {left_out}." if left_out else "Nothing is left out."
     if accuracy.refine is None:
         improve = Remedy("Refine between the points", [["edit", ["accuracy.refine", _STEP]]])
-    elif not is_refined:
+    elif is_paused:
         improve = Remedy("Go on refining", [["go_on_refining", []]])
     elif error or accuracy.tolerance:
         improve = Remedy("Leave nothing out", [["edit", ["accuracy.tolerance", 0]]])

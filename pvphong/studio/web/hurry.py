@@ -66,6 +66,10 @@ class Hurry:
         if self.pictures.are_shown:
             self._draw()
 
+    def end(self) -> None:
+        """Draw all triangles from the next frame on."""
+        self.pictures.are_wanted = False
+
     def release(self) -> None:
         """Detach from the view, and show the meshes themselves."""
         for subject, tag in self._observed:

@@ -59,13 +59,18 @@ class Instruments:
     def triggers(self) -> dict[str, Callable[..., Any]]:
         """Triggers of the page."""
         return {
-            "snapshot": self.snapshots.keep,
+            "snapshot": self._keep,
             "restore_snapshot": self.snapshots.restore,
             "look_from_snapshot": self.snapshots.look_from,
             "forget_snapshot": self.snapshots.forget,
             "probe": self.probe.switch,
             "unpin": self.probe.unpin,
         }
+
+    def _keep(self, *given: Any) -> Any:
+        """Keep a snapshot of the meshes themselves, even right after an edit."""
+        self.hurry.end()
+        return self.snapshots.keep(*given)
 
     def shown(self) -> dict[str, Any]:
         """Return the values for the page that change with a frame."""

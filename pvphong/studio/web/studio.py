@@ -287,7 +287,9 @@ class Studio:
 
     def _exactness(self) -> dict[str, Any]:
         """Return the sentence on how exact the picture is, and its button."""
-        exact = exactness(self._plans, self.document.accuracy, is_refined=self._is_refined)
+        is_paused = any(each.is_paused for each in self._subplot.lit.refining.values())
+        how: dict[str, bool] = {"is_refined": self._is_refined, "is_paused": is_paused}
+        exact = exactness(self._plans, self.document.accuracy, **how)
         return {"text": exact.text, **exact.improve._asdict()}
 
     def _show(self) -> None:

@@ -164,7 +164,7 @@ class Turntable:
             phong = plotter.phong
             for light in scene.lights:
                 phong.add_light(light)
-            phong.light_model, phong.display = scene.light_model, downloads.picture.display
+            phong.display = downloads.picture.display
             background = downloads.picture.background
             plotter.set_background("white" if background == "transparent" else background)
             stage, boxes = downloads.stage, []
@@ -175,6 +175,7 @@ class Turntable:
                 actor.user_matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
                 if mesh.stage is None:
                     boxes.append(actor.bounds)
+            phong.light_model = scene.light_model  # last: with it, lighting may take long, and leaves this thread
             bounds = np.array(boxes)
             middle = 0.5 * (bounds[:, ::2].min(axis=0) + bounds[:, 1::2].max(axis=0))
             plotter.enable_anti_aliasing("ssaa")
@@ -182,9 +183,19 @@ class Turntable:
             for number in range(pictures):
                 aim(plotter, around(viewer, middle, 2.0 * math.pi * number / pictures))
                 plotter.renderer.ResetCameraClippingRange()
-                await asyncio.to_thread(phong._subplot.lit.refresh)
+                await _finished(phong._subplot.lit.refresh)
                 plotter.write_frame()
                 self.part = (number + 1) / pictures
                 self._changed()
         finally:
             plotter.close()
+
+
+async def _finished(work: Callable[[], Any]) -> None:
+    """Do work in another thread. If the task is cancelled meanwhile, end only after the work: it uses the plotter."""
+    doing = asyncio.ensure_future(asyncio.to_thread(work))
+    try:
+        await asyncio.shield(doing)
+    except asyncio.CancelledError:
+        await asyncio.wait([doing])
+        raise

@@ -129,3 +129,14 @@ def test_bad_input_is_refused(change, message):
     given = {"mesh": BALL, "image": np.zeros((20, 20, 3)), "camera": VIEWERS["perspective"]} | change
     with pytest.raises(ValueError, match=message):
         ph.colors_from_image(**given)
+
+
+def test_colours_of_a_volume_are_a_target():
+    grid = pv.ImageData(dimensions=(6, 6, 6))
+    viewer = ph.Viewer(position=(12, 9, 14), focal_point=(2.5, 2.5, 2.5))
+    seen = ph.colors_from_image(grid, np.full((80, 80, 3), 0.25), viewer)
+    assert seen.shape == (grid.n_points, 3)
+    is_inside = ((grid.points > 0.5) & (grid.points < 4.5)).all(axis=1)
+    assert np.isnan(seen[is_inside]).all()
+    fit = grid.phong.fit(ph.Scene([ph.DirectionalLight((-1, -1, -1))], viewer), ph.Material(), seen, "intensity")
+    assert fit.error.rms < 0.25

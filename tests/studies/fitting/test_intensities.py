@@ -407,3 +407,35 @@ def test_visibility_and_transport_made_before_are_used():
         ValueError, match=r"visibility must be None if directions, positions or sizes vary; got one for"
     ):
         blocks.phong.fit(start, GLOSSY, target, {"sun": "direction"}, **made)
+
+
+def test_deviations_of_two_colours_are_those_of_one_scale():
+    """The channel that carries the intensity has none; the others are those of a fit of the colours alone, nearly."""
+    true = replace(SUN, intensity=0.8, diffuse=(0.9, 0.6, 0.3), specular=(0.2, 0.3, 0.4))
+    target = BALL.phong.shade(scene_of(true), GLOSSY, precision="float64")["phong"]
+    target = target + np.random.default_rng(3).normal(0.0, 0.005, target.shape)
+    begin = replace(SUN, diffuse=(0.9, 0.5, 0.5), specular=(0.5, 0.5, 0.5))
+    both = BALL.phong.fit(scene_of(begin), GLOSSY, target, "intensity diffuse specular")
+    colors = BALL.phong.fit(scene_of(begin), GLOSSY, target, "diffuse specular")
+    own, other = both.deviations["sun"], colors.deviations["sun"]
+    assert own["diffuse"][0] == pytest.approx(0.0, abs=1e-9)
+    assert min(own["specular"]) > 0.0
+    scale = both.scene.lights[0].intensity / colors.scene.lights[0].intensity
+    np.testing.assert_allclose(np.multiply(own["specular"], scale), other["specular"], rtol=0.1)
+    assert own["intensity"] == pytest.approx(other["diffuse"][0] * colors.scene.lights[0].intensity / 0.9, rel=0.1)
+
+
+def test_luminances_beside_colours_are_refused():
+    blocks = pv.MultiBlock({"left": BALL, "right": BALL.translate((1.5, 0, 0))})
+    grey, colors = np.full(BALL.n_points, 0.4), np.full((BALL.n_points, 3), 0.4)
+    with pytest.raises(ValueError, match=r"^target must be all luminances, or all colours"):
+        blocks.phong.fit(scene_of(SUN), MATTE, {"left": grey, "right": colors}, "intensity")
+    nothing = np.full((BALL.n_points, 3), np.nan)
+    fit = blocks.phong.fit(scene_of(SUN), MATTE, {"left": grey, "right": nothing}, "intensity")
+    assert np.isnan(fit.differences["right"]).all()
+
+
+def test_more_than_white_asks_for_white_where_colours_are_clamped():
+    bright = np.where(BALL.points[:, 2] > 0.3, 1.5, np.nan)
+    fit = BALL.phong.fit(scene_of(SUN, SKY, model=ph.LightModel()), MATTE, bright, "intensity")
+    assert np.nanmax(np.abs(fit.differences)) == pytest.approx(fit.error.largest)

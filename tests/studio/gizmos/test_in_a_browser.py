@@ -52,7 +52,9 @@ def test_dragging_moves_the_light_and_a_key_undoes_it(page):
 
     page.drag(before["handles"][LAMP]["position"], (-60, 20))
     page.picture(lambda now: differs(now) > 15)
+    held = page.settled()  # after the last moves have come
     after = page.drop()
+    assert held["lights"] == after["lights"]
     assert [a == b for a, b in zip(after["lights"], before["lights"], strict=True)] == [False, True, True]
     assert after["colors"] != before["colors"]
     assert after["camera"] == before["camera"]

@@ -29,9 +29,17 @@ BLENDED = "Every colour is exact at the points of the mesh and blended between t
             [KEY],
             SHADOWS,
             Accuracy(refine=0.01),
-            False,
+            None,
             f"{BLENDED}, as refining is not complete. Nothing is left out.",
             "Go on refining",
+        ),
+        (
+            [KEY],
+            SHADOWS,
+            Accuracy(refine=0.01),
+            False,
+            f"{BLENDED}, as refining is not complete. Nothing is left out.",
+            "Check it by a measurement",
         ),
         (
             [KEY, WEAK],
@@ -54,8 +62,9 @@ BLENDED = "Every colour is exact at the points of the mesh and blended between t
     ],
 )
 def test_a_sentence_says_how_exact_the_picture_is(lights, model, accuracy, is_refined, text, button):
+    """`is_refined` is None for refining that is paused."""
     plan = pv.ParametricTorus(u_res=20, v_res=20).phong.plan(
         ph.Scene(lights, light_model=model), tolerance=accuracy.tolerance
     )
-    found = exactness([plan], accuracy, is_refined=is_refined)
+    found = exactness([plan], accuracy, is_refined=bool(is_refined), is_paused=is_refined is None)
     assert (found.text, found.improve.label) == (text, button)

@@ -1,6 +1,7 @@
 """The studio without a browser: lost connections, opening of meshes, and downloads of several blocks."""
 
 import asyncio
+import json
 import re
 from dataclasses import replace
 
@@ -285,3 +286,32 @@ def test_the_page_offers_files_that_hold_as_many_meshes(new_plotter, tmp_path, c
     for path in tmp_path.glob("*.v*"):
         for saved, lit in zip(leaves(pv.read(path)), leaves(downloads.lit), strict=True):
             np.testing.assert_array_equal(saved["phong"], lit["phong"])
+
+
+def test_an_uploaded_rig_with_a_lamp_file_changes_nothing(lamp_and_ball, tmp_path):
+    rig = tmp_path / "rig.json"
+    ph.Scene([ph.PhotometricLight(100.0, position=(0, 0, 3), name="lamp")]).save(rig)
+    given = json.loads(rig.read_text())
+    (lamp,) = given["lights"]
+    assert "photometry" in json.dumps(lamp)
+    rig.write_text(json.dumps({**given, "lights": [{**lamp, "photometry": "/etc/passwd"}]}))
+
+    def act(studio):
+        before = lamp_and_ball.phong.lights
+        with pytest.raises(ValueError, match=r"^photometry must be the numbers of a lamp in an uploaded rig") as told:
+            studio._take_rig("rig.json", rig, {}).send(None)
+        assert "root" not in str(told.value)
+        assert lamp_and_ball.phong.lights == before
+
+    in_a_studio(lamp_and_ball, act)
+
+
+def test_a_gradient_stays_behind_a_picture_that_becomes_transparent(lamp_and_ball):
+    lamp_and_ball.set_background("white", top="blue")
+
+    def act(studio):
+        studio._triggers["edit"]("background.transparent", True)
+        assert studio.document.background.transparent
+        assert lamp_and_ball.renderer.GetGradientBackground()
+
+    in_a_studio(lamp_and_ball, act)

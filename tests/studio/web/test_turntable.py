@@ -1,6 +1,7 @@
 """Turntables: the way of the camera, and what happens when one is cancelled."""
 
 import asyncio
+import threading
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
 import pvphong as ph
 from pvphong.studio.web.downloads import Downloads, Picture
-from pvphong.studio.web.turntable import Turntable, around, pictures_in
+from pvphong.studio.web.turntable import Turntable, _finished, around, pictures_in
 
 
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, 1, 0), (-1, 0, 0), (0.1, 0.2, 0.9)])
@@ -88,3 +89,44 @@ def test_numbers_of_pictures_are_limited():
     for given in ("7", "121", "9.5", "many"):
         with pytest.raises(ValueError, match="pictures must be"):
             pictures_in(given)
+
+
+def test_a_cancelled_task_ends_after_its_thread():
+    async def run():
+        begun, may_end, ended = threading.Event(), threading.Event(), []
+
+        def work():
+            begun.set()
+            assert may_end.wait(60.0)
+            ended.append(True)
+
+        task = asyncio.ensure_future(_finished(work))
+        while not begun.is_set():
+            await asyncio.sleep(0.01)
+        task.cancel()
+        await asyncio.sleep(0.05)
+        assert not task.done()
+        may_end.set()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert ended == [True]
+
+    asyncio.run(run())
+
+
+def test_a_turntable_that_fails_is_said(downloads, monkeypatch):
+    async def run():
+        said = []
+        turntable = Turntable(lambda: None)
+
+        async def fail(*_):
+            raise OSError("no space left")
+
+        monkeypatch.setattr(turntable, "_write", fail)
+        turntable.start(downloads, 8, said.append)
+        while not said:
+            await asyncio.sleep(0.01)
+        assert said == ["The turntable could not be drawn: no space left"]
+        assert turntable.part is None
+
+    asyncio.run(run())
