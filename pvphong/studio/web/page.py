@@ -126,11 +126,23 @@ _DRAWN = f"drawer ?? $vuetify.display.width > {_NARROW}"
 
 _PANELS = ("lights", "mix", "material", "scene", "camera", "picture", "probe", "compare", "files", "advanced")
 _JUMP = (
-    "utils.get('setTimeout')((panel) => panel.scrollIntoView({{ behavior: 'smooth' }}),"
-    " open_panels.includes({number}) ? 0 : 300, utils.get('document').getElementById('panel-{name}'));"
-    " open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}]"
+    "open_panels = open_panels.includes({number}) ? open_panels : [...open_panels, {number}];"
+    " utils.get('studioJump')('panel-{name}')"
 )
-"""JavaScript that opens a panel and scrolls to it; to a panel that is folded, after it has unfolded."""
+"""JavaScript that opens a panel and scrolls to it."""
+
+_JUMPS = """
+window.studioJump = (id) => {
+  const panel = document.getElementById(id);
+  const again = new ResizeObserver(() => panel.scrollIntoView());
+  again.observe(panel.parentElement);
+  const stop = () => again.disconnect();
+  for (const event of ['pointerdown', 'wheel', 'keydown']) addEventListener(event, stop, { once: true });
+  setTimeout(stop, 2000);
+};
+"""
+"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy machine.
+The user's next action ends it."""
 
 _TEXT = ':data-alt="view_text"'
 
@@ -156,7 +168,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
         client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
-        client.Script(_KEYS + _STEPS + FINE + _ALT + _ZOOM + help.SCRIPT)
+        client.Script(_KEYS + _STEPS + _JUMPS + FINE + _ALT + _ZOOM + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
                 html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")

@@ -25,6 +25,8 @@ def slow(page, folder):
     switch(page, "refine")
     page.until(lambda: page.state("accuracy")["refine"]["set"])
     page.trigger("edit", "accuracy.refine", 0.0005)
+    page.until(lambda: page.state("accuracy")["refine"]["value"] == 0.0005)
+    page.until(lambda: page.state("refining") is not None)
     yield page
     if page.state("refining") is not None:
         page.click("cancel-refining")
@@ -32,7 +34,6 @@ def slow(page, folder):
 
 def test_a_slow_refinement_gets_better_pauses_and_goes_on(slow, folder):
     page, parts = slow, []
-    page.until(lambda: page.state("refining") is not None)
     page.until(lambda: parts.append(page.state("refining")) or page.state("refining_paused"))
     assert "points added" in page.all("refined")[0].text
     parts = parts[parts.index(min(parts)) :]  # before it, the refinement to the tolerance set first
