@@ -104,6 +104,22 @@ def datasets(blocks: pv.MultiBlock) -> Iterator[tuple[str, pv.DataSet]]:
         yield (path if counts[path] == 1 else f"{path} {place}"), block
 
 
+def nested(meshes: Mapping[str, Any]) -> pv.MultiBlock:
+    """Return blocks from datasets by their paths: the inverse of `datasets`. Formats of files forbid "/" in names.
+
+    A path stays one name if a block and a dataset would have the same name.
+    """
+    result = pv.MultiBlock()
+    for path, mesh in meshes.items():
+        head, _, rest = path.partition("/")
+        if not rest or head in meshes:
+            result[path] = mesh
+        elif head not in result.keys():  # noqa: SIM118 a MultiBlock iterates over its blocks
+            inner = {each.partition("/")[2]: own for each, own in meshes.items() if each.startswith(f"{head}/")}
+            result[head] = nested(inner)
+    return result
+
+
 def materials_of(paths: Sequence[str], materials: Mapping[str, Surface], argument: str = "material") -> list[Surface]:
     """Return the material of each block, in the order of `paths`.
 

@@ -41,7 +41,8 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
         return connectivity.reshape(-1, 3)
     if sizes.max(initial=0) > 4:  # a fan of triangles may extend outside a concave face
         bare = pv.PolyData()
-        bare.points, bare.faces = mesh.points, pv.CellArray.from_arrays(offsets, connectivity)
+        bare.SetPoints(mesh.GetPoints())  # `bare.points = …` would mark them as modified, and windows light again
+        bare.faces = pv.CellArray.from_arrays(offsets, connectivity)
         return polygons(bare.triangulate())[0].reshape(-1, 3)
     first, quads = offsets[:-1][sizes >= 3], offsets[:-1][sizes == 4]
     fans = np.concatenate([first[:, None] + [0, 1, 2], quads[:, None] + [0, 2, 3]])

@@ -27,8 +27,15 @@ _RESERVED = re.compile(r"IES(NA)?:\s*LM-63-(1995|2002|2019)", re.IGNORECASE)
 _LARGEST, _MOST_ANGLES = 2**24, 2000
 
 
-def read_photometry(path: str | os.PathLike[str]) -> Photometry:
+def read_photometry(path: str | os.PathLike[str], *, is_alone: bool = False) -> Photometry:
     """Read a lamp's intensities from an IES or EULUMDAT file.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    is_alone : bool, default False
+        Open no other file: refuse an IES file whose tilt is in another one, as for a file from an untrusted source.
 
     Raises
     ------
@@ -49,7 +56,7 @@ def read_photometry(path: str | os.PathLike[str]) -> Photometry:
     start = next((k for k, line in enumerate(lines) if _TILT.match(line.strip())), None)
     try:
         if start is not None:
-            return _ies(lines, start, place.parent)
+            return _ies(lines, start, None if is_alone else place.parent)
         if place.suffix.lower() == ".ies":
             raise ValueError("there is no line TILT=…; the file may be cut short")
         return _eulumdat(lines)
@@ -108,14 +115,19 @@ def _counted(number: float, what: str, most: int) -> int:
     return int(number)
 
 
-def _ies(lines: list[str], start: int, folder: Path) -> Photometry:
-    """Return the photometry of an IES file, whose line `start` says TILT=…"""
+def _ies(lines: list[str], start: int, folder: Path | None) -> Photometry:
+    """Return the photometry of an IES file, whose line `start` says TILT=…
+
+    `folder` contains the file of the tilt, if that is a file; if it is None, such a file is refused.
+    """
     found = _TILT.match(lines[start].strip())
     assert found is not None
     kind_of_tilt, words, tilt = found.group(1).strip(), _Words(lines[start + 1 :]), None
     if kind_of_tilt.upper() == "INCLUDE":
         tilt = _tilt(words)
-    elif kind_of_tilt.upper() != "NONE":
+    elif kind_of_tilt.upper() != "NONE" and folder is None:
+        raise ValueError("its tilt is in another file; only TILT=NONE and TILT=INCLUDE are read here")
+    elif kind_of_tilt.upper() != "NONE" and folder is not None:
         tilt = _tilt(_Words(_lines_of_tilt(folder / kind_of_tilt)))
     words.take(2, "number of lamps and lumens")
     factor = float(words.take(1, "multiplier")[0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from pvphong.meshes.blocks import common_or_named, leaves, materials_of
+from pvphong.meshes.blocks import common_or_named, datasets, leaves, materials_of, nested
 
 
 @pytest.mark.parametrize(
@@ -25,3 +25,12 @@ def test_tables_and_what_is_empty_are_no_meshes_of_blocks():
     inner = pv.MultiBlock({"table": table, "ball": ball})
     blocks = pv.MultiBlock({"inner": inner, "table": table, "empty": pv.PolyData(), "none": None})
     assert leaves(blocks) == [ball]
+
+
+def test_blocks_are_made_of_their_paths_again():
+    blocks = pv.MultiBlock({"ball": pv.Sphere(), "car": pv.MultiBlock({"wheel": pv.Cube(), "door": pv.Plane()})})
+    again = nested(dict(datasets(blocks)))
+    assert [path for path, _ in datasets(again)] == ["ball", "car/wheel", "car/door"]
+    assert again["car"]["door"] is blocks["car"]["door"]
+    both = nested({"car": pv.Cube(), "car/wheel": pv.Sphere()})  # a dataset and a block of one name
+    assert [path for path, _ in datasets(both)] == ["car", "car/wheel"]

@@ -148,7 +148,9 @@ class Access:
 # --- uploads
 
 
-async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path) -> tuple[str, Path]:
+async def receive(
+    request: web.Request, suffixes: tuple[str, ...], folder: Path, largest: int | None = None
+) -> tuple[str, Path]:
     """Write an uploaded file into a folder, under a fixed name.
 
     Parameters
@@ -159,6 +161,8 @@ async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path)
         Allowed suffixes.
     folder : Path
         A folder for this file only.
+    largest : int, optional
+        Largest allowed size in bytes; by default `LARGEST_FILE`.
 
     Returns
     -------
@@ -170,20 +174,21 @@ async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path)
     Raises
     ------
     ValueError
-        If the suffix is not allowed, or the file is empty or larger than `LARGEST_FILE`. Reading stops at this size.
+        If the suffix is not allowed, or the file is empty or larger than `largest`. Reading stops at this size.
     """
     name = request.query.get("name", "").replace("\\", "/").rpartition("/")[2][:200]
     suffix = Path(name).suffix.lower()
     if suffix not in suffixes:
         check.refuse("file", name or "a file without a name", f"of type {', '.join(suffixes)}")
-    allowed = f"at most {LARGEST_FILE >> 20} MiB"
-    if (request.content_length or 0) > LARGEST_FILE:
+    largest = LARGEST_FILE if largest is None else largest
+    allowed = f"at most {largest >> 20} MiB"
+    if (request.content_length or 0) > largest:
         check.refuse("file", f"{name}, {(request.content_length or 0) >> 20} MiB", allowed)
     path, size = folder / f"upload{suffix}", 0
     with path.open("wb") as file:
         async for piece in request.content.iter_chunked(_PIECE):
             size += len(piece)
-            if size > LARGEST_FILE:
+            if size > largest:
                 check.refuse("file", f"{name}, a larger file", allowed)
             file.write(piece)
     if not size:
@@ -193,8 +198,10 @@ async def receive(request: web.Request, suffixes: tuple[str, ...], folder: Path)
 
 def upload(
     suffixes: tuple[str, ...],
-    take: Callable[[str, Path, Mapping[str, str]], Awaitable[None]],
+    take: Callable[[str, Path, Mapping[str, str]], Awaitable[str | None]],
     done: Callable[[str], None],
+    *,
+    largest: int | None = None,
 ) -> Handler:
     """Return a handler of upload requests. The handler passes each file to `take` and then deletes the file.
 
@@ -203,21 +210,23 @@ def upload(
     suffixes : tuple of str
         Allowed suffixes.
     take : callable
-        Called with name, path and query; raises ValueError if it rejects the file.
+        Called with name, path and query; returns a message, if any, and raises ValueError if it rejects the file.
     done : callable
-        Called with the error message if the file was rejected, else with "".
+        Called with the error message if the file was rejected, else with the message of `take` or "".
+    largest : int, optional
+        Largest size of a file in bytes; by default `LARGEST_FILE`.
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
-        reason = name = ""
+        reason = name = said = ""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder)
             try:
-                name, path = await receive(request, suffixes, path)
-                await take(name, path, request.query)
+                name, path = await receive(request, suffixes, path, largest)
+                said = await take(name, path, request.query) or ""
             except ValueError as error:
                 reason = str(error).replace(str(path), name)
-        done(reason)
+        done(reason or said)
         answer = web.Response(status=400 if reason else 204, text=reason or None)
         if reason:
             answer.force_close()  # do not read the rest of a file that is too large

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.types import Vector
 from pvphong.meshes.pictures import aim
 from pvphong.scene.viewer import Viewer
+from pvphong.studio.lit_mesh import LitMesh
 from pvphong.studio.subplot import Subplot
 
 VIEWS: Mapping[str, tuple[Vector, Vector]] = {
@@ -70,6 +73,15 @@ class Cameras:
         with self._subplot.lit.without_bounds_of_stage():
             renderer.reset_camera(render=False)  # each trigger ends with a frame
         renderer.ResetCameraClippingRange()
+
+    def sees(self, meshes: Sequence[LitMesh]) -> bool:
+        """Return True if the boxes around meshes are in the view, whatever may hide them."""
+        renderer, camera = self._subplot.renderer, self._subplot.renderer.camera
+        matrix = camera.GetCompositeProjectionTransformMatrix(renderer.GetTiledAspectRatio(), -1.0, 1.0)
+        boxes = [np.reshape(mesh.actor.bounds, (3, 2)) for mesh in meshes if mesh.actor is not None]
+        corners = np.array([[*corner, 1.0] for box in boxes for corner in itertools.product(*box)])
+        x, y, _, depth = np.array(pv.array_from_vtkmatrix(matrix)) @ corners.T
+        return bool((np.maximum(abs(x), abs(y)) <= depth).all())
 
     def keep_view(self) -> str:
         """Keep the present view, and return a message."""

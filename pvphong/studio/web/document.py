@@ -40,11 +40,11 @@ from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web import coloring
-from pvphong.studio.web.fields import edited, field_of, form_of, has_stops, number_in
+from pvphong.studio.web.fields import edited, form_of, number_in, slid
 from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
-from pvphong.studio.web.opening import OpenFile, Opening
+from pvphong.studio.web.opening import OpenFile, Opening, Part, own_name
 from pvphong.studio.web.placing import placed, placing_of
 from pvphong.studio.web.settings import Accuracy, Background, Surfaces
 from pvphong.studio.web.skies import image_in, with_image
@@ -60,7 +60,6 @@ _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 
 _LARGE = 0.2  # least distance between a new light and another, in scene sizes
 _APART = 0.45  # distance to the right of an existing light, in scene sizes
-_MOST_STOPS = 100.0
 
 _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
     "duplicate": commands.duplicate,
@@ -81,7 +80,7 @@ class DocumentState(NamedTuple):
     accuracy: Accuracy
     mix: MixState
     feature_angles: dict[LitMesh, FeatureAngle]
-    file: OpenFile | None
+    parts: tuple[Part, ...]
     stage: LitMesh | None
     background: Background
 
@@ -98,7 +97,7 @@ class Document:
     history : History
         The undo history, shared with the gizmos.
     opening : Opening, optional
-        The file that is shown; None if no other file is ever opened.
+        The files that are shown; None if no other file is ever opened.
     """
 
     def __init__(self, phong: Any, subplot: Subplot, history: History, opening: Opening | None = None) -> None:
@@ -160,15 +159,15 @@ class Document:
             accuracy=self.accuracy,
             mix=self.mix.state,
             feature_angles={mesh: mesh.feature_angle for mesh in self._subplot.lit.meshes},
-            file=None if self._opening is None else self._opening.file,
+            parts=() if self._opening is None else self._opening.parts,
             stage=self.staging.mesh,
             background=self.background,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
         """Undo the changes that were made between the states `then` and `now`."""
-        if self._opening is not None and then.file is not None and then.file is not now.file:
-            self._opening.show(then.file, then.accuracy.refine)
+        if self._opening is not None and then.parts != now.parts:
+            self._opening.show(then.parts, then.accuracy.refine)
         self.staging.show(then.stage, then.accuracy.refine)
         if now.background != then.background:
             self.background = then.background
@@ -211,15 +210,34 @@ class Document:
         """Redo the last undone step; return False if there is none."""
         return self.history.redo()
 
-    def open(self, mesh: Any, file: OpenFile) -> None:
-        """Show another file, on a stage of the same kind, as one undo step; see `Opening.open`."""
-        if self._opening is None:
-            check.refuse("file", file.stem, "opened in a studio")
+    # -- the files that are shown
+
+    @property
+    def opening(self) -> Opening:
+        """The files that are shown."""
+        return self._opening or check.refuse("file", "none", "opened in a studio")
+
+    def open(self, mesh: Any, file: OpenFile, *, beside: bool = False) -> None:
+        """Show another file as one undo step, in place of the others or beside them; see `Opening`."""
+        with self._step_on_stage():
+            (self.opening.add if beside else self.opening.open)(mesh, file, self.accuracy.refine)
+
+    def remove_mesh(self, number: Any) -> None:
+        """Remove a file's meshes from the view, as one undo step."""
+        with self._step_on_stage():
+            self.opening.remove(number)
+
+    def rename_mesh(self, number: Any, name: Any) -> None:
+        """Give the mesh of a file another name, as one undo step."""
         with self._step():
-            stage, refine = self.staging.mesh, self.accuracy.refine
-            self._opening.open(mesh, file, refine)
-            if stage is not None and stage.stage is not None:
-                self.staging.put(stage.stage.kind, refine, stage.material)
+            self.opening.rename(number, name)
+
+    @contextmanager
+    def _step_on_stage(self) -> Iterator[None]:
+        """Return a context that records one undo step. At its end, the stage, if any, is put under all meshes."""
+        with self._step():
+            yield
+            self.staging.fit(self.accuracy.refine)
 
     def set_stage(self, kind: str) -> str:
         """Draw a stage under the meshes, as one undo step, and switch shadows on with the first one; return a message.
@@ -286,7 +304,7 @@ class Document:
             self.history.settle()
             self._sliding = key, self.state
             self.history.begin(self)
-        self._set(key, partial(_slid, given))
+        self._set(key, partial(slid, given))
 
     def settle(self) -> None:
         """Record the movement of a slider or picker as one step."""
@@ -365,22 +383,25 @@ class Document:
         return check.refuse("light", number, "the number of an existing light")
 
     def add(self, kind: str) -> None:
-        """Add a light and select it. `kind` is the name of the light's kind in scene files.
+        """Add a light and select it. `kind` is the name of the light's kind in scene files; see `add_light`."""
+        self.add_light(LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)](), kind)
+
+    def add_light(self, made: Light, wanted: str) -> None:
+        """Place a new light, select it, and call it by the name `wanted`, or by the first one like it that is free.
 
         The light shines on the scene from the upper left. If lights are there already, the new light is to the right of
         them, and raises the mean of the picture by a third of a stop.
         """
-        made = LIGHT_TYPES[check.choice("kind", kind, LIGHT_TYPES)]
         scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
         taken = [gizmo.in_scene(self.gizmos.view).origin for gizmo in self.gizmos.all]
         for column in range(len(taken) + 1):
-            light = placed_before(made(), scenery.center, scenery.size, viewer, right=_APART * column)
+            light = placed_before(made, scenery.center, scenery.size, viewer, right=_APART * column)
             origin = LightInScene(light, scenery).origin
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
         if any(known.on for known in self._subplot.lights.values):
             light = brightened(light, self._subplot.scene, self._subplot.lit.shown)
-        name = free_name(kind, {known.name for known in self._subplot.lights.values})
+        name = free_name(wanted, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
 
@@ -496,22 +517,19 @@ class Document:
     def materials(self) -> dict[str, SharedMaterial]:
         """The materials of all visible meshes: name of the first mesh that has the material → the material."""
         found: dict[SharedMaterial, str] = {}
-        for mesh in sorted(self._subplot.lit.shown, key=lambda mesh: mesh.stage is not None):
+        for mesh in (*self.subjects, *(mesh for mesh in self._subplot.lit.shown if mesh.stage is not None)):
             found.setdefault(mesh.shared_material, self.mesh_name(mesh))
         return {name: shared for shared, name in found.items()}
 
-    def mesh_name(self, mesh: Any) -> str:
-        """Return a unique name of a mesh.
+    @property
+    def subjects(self) -> list[LitMesh]:
+        """The visible meshes without the stage, file by file."""
+        return self._subplot.lit.subjects if self._opening is None else self._opening.subjects
 
-        The name of a block is the block's path, as in rigs and scripts, unless another mesh has the same name.
-        Otherwise the name is that of the mesh's actor, which includes the path in brackets. If the actor has no name,
-        the mesh gets a number.
-        """
+    def mesh_name(self, mesh: Any) -> str:
+        """Return a unique name of a mesh; see `Opening.name_of` and `own_name`."""
         lit = self._subplot.lit
-        others = (other.block or lit.name_of(other) for other in lit.meshes if other is not mesh)
-        if mesh.block and mesh.block not in others:
-            return mesh.block
-        return lit.name_of(mesh) or f"mesh {1 + lit.meshes.index(mesh)}"
+        return own_name(lit, mesh, lit.meshes) if self._opening is None else self._opening.name_of(mesh)
 
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())
@@ -678,15 +696,3 @@ class Document:
             "can_undo": self.history.can_undo or self._sliding is not None,
             "can_redo": self.history.can_redo,
         }
-
-
-def _slid(given: Any, value: Any, name: str) -> Any:
-    """Return a dataclass with a field set from its slider or colour picker."""
-    field = field_of(value, name)
-    if field.kind not in ("number", "color"):
-        check.refuse("field", name, "a number or a colour, to be set by a slider or picker")
-    if field.kind == "number":
-        given = check.number(name, given)
-        if has_stops(field):
-            given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
-    return edited(value, name, given)

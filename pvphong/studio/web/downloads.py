@@ -15,7 +15,7 @@ import pyvista as pv
 
 from pvphong.base import check
 from pvphong.base.display import Display
-from pvphong.meshes.blocks import DEFAULT, common_or_named
+from pvphong.meshes.blocks import DEFAULT, common_or_named, leaves, nested
 from pvphong.meshes.saving import save
 from pvphong.optics.colormap import Colormap
 from pvphong.optics.lights import LIGHT_TYPES
@@ -80,7 +80,7 @@ class Downloads:
     Parameters
     ----------
     meshes : mapping
-        Name → lit mesh.
+        Path of a block, or name → lit mesh.
     scene : Scene
         Lights, viewer and light model.
     tolerance : float
@@ -184,7 +184,7 @@ class Downloads:
             return blocks
         alone = blocks.copy(deep=False)
         alone.pop(STAGE)
-        return alone[0] if len(self.meshes) == 1 else alone
+        return leaves(alone)[0] if len(self.meshes) == 1 else alone
 
     @cached_property
     def pictured(self) -> Any:
@@ -195,11 +195,11 @@ class Downloads:
         options, materials = self.options, self.materials | self._on_stage
         if self.is_as_shown:
             shown = {name: mesh.as_shown() for name, mesh in self._all.items()}
-            return next(iter(shown.values())) if len(shown) == 1 else pv.MultiBlock(shown)
+            return next(iter(shown.values())) if len(shown) == 1 else nested(shown)
         if len(self._all) == 1:
             mesh = next(iter(self.meshes.values())).mesh
             return mesh.phong.shade(scene, materials[DEFAULT], **options)
-        blocks = pv.MultiBlock({name: mesh.mesh for name, mesh in self._all.items()})
+        blocks = nested({name: mesh.mesh for name, mesh in self._all.items()})
         return blocks.phong.shade(scene, materials, **options)
 
     def script(self) -> str:

@@ -45,6 +45,9 @@ _STOPS = 4.0
 _STEP = 2.0**-4
 """Least movement of that slider, in stops."""
 
+_MOST_STOPS = 100.0
+"""Largest position of that slider that is used, in stops."""
+
 
 class Field(NamedTuple):
     """A field of a dataclass, for a form."""
@@ -250,6 +253,18 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     if field.kind == "color" and isinstance(before, float | tuple) and given == hex_of(before):
         return value  # keep an unchanged colour exactly, since the hex string is rounded
     return dataclasses.replace(value, **{name: given})
+
+
+def slid(given: Any, value: Any, name: str) -> Any:
+    """Return a dataclass with a field set from its slider, in stops if `has_stops`, or from its colour picker."""
+    field = field_of(value, name)
+    if field.kind not in ("number", "color"):
+        check.refuse("field", name, "a number or a colour, to be set by a slider or picker")
+    if field.kind == "number":
+        given = check.number(name, given)
+        if has_stops(field):
+            given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
+    return edited(value, name, given)
 
 
 def number_in(name: str, given: Any) -> float:

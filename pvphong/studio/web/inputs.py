@@ -270,8 +270,8 @@ def form(entries: str) -> None:
         )
 
 
-def file_input(what: str, label: str, *, name: str = "", more: str = "", **attributes: Any) -> None:
-    """Add a file input, which uploads the chosen file by HTTP."""
+def file_input(what: str, label: str, *, name: str = "", more: str = "", found: str = "", **attributes: Any) -> None:
+    """Add a file input, which uploads the chosen file by HTTP. `found` is its `data-test`, by default "upload-…"."""
     sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
     v.VFileInput(
         key=(f"'{name or what}' + uploads",),
@@ -286,5 +286,5 @@ def file_input(what: str, label: str, *, name: str = "", more: str = "", **attri
             " { method: 'POST', body: [].concat($event)[0] }).finally(() => { busy = false; uploads += 1 }))"
         ),
         **attributes,
-        **found_by(f"upload-{name or what}"),
+        **found_by(found or f"upload-{name or what}"),
     )

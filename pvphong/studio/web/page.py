@@ -13,7 +13,7 @@ from trame.widgets import client, html
 from trame.widgets import vuetify3 as v
 
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
-from pvphong.studio.web.panels import help
+from pvphong.studio.web.panels import dropping, help
 from pvphong.studio.web.panels.accuracy import advanced
 from pvphong.studio.web.panels.camera import camera
 from pvphong.studio.web.panels.compare import OWN as COMPARE_OWN
@@ -23,6 +23,7 @@ from pvphong.studio.web.panels.compare import over_view as comparison
 from pvphong.studio.web.panels.files import files
 from pvphong.studio.web.panels.histogram import STYLE as HISTOGRAM_STYLE
 from pvphong.studio.web.panels.lights import lights
+from pvphong.studio.web.panels.material import OWN as MATERIAL_OWN
 from pvphong.studio.web.panels.material import materials
 from pvphong.studio.web.panels.mix import mix
 from pvphong.studio.web.panels.over_view import awaited, start
@@ -141,8 +142,8 @@ window.studioJump = (id) => {
   setTimeout(stop, 2000);
 };
 """
-"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy machine.
-The user's next action ends it."""
+"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy
+machine. The user's next action ends it."""
 
 _TEXT = ':data-alt="view_text"'
 
@@ -160,15 +161,15 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
         Name of a kind of light in scene files → description for a tooltip.
     """
     own: dict[str, Any] = {"local": {}, "drawer": None, "open_panels": list(range(len(_PANELS) - 1))}
-    own |= {"busy": False, "uploads": 0} | COMPARE_OWN | help.STATE
+    own |= {"busy": False, "uploads": 0} | COMPARE_OWN | MATERIAL_OWN | dropping.STATE | help.STATE
     server.state.client_only(*own)
     server.state.update(
         own | {"refusals": 0, "notice": "", "remedies": [], "theme": "dark", "trame__title": "pvphong studio"}
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
-        client.Script(_KEYS + _STEPS + _JUMPS + FINE + _ALT + _ZOOM + help.SCRIPT)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE + dropping.STYLE)
+        client.Script(_KEYS + _STEPS + _JUMPS + FINE + _ALT + _ZOOM + dropping.SCRIPT + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
                 html.H1("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")
@@ -229,6 +230,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
                 awaited(
                     "refining", "refining the view", "cancel_refining", paused="refining_paused", go_on="go_on_refining"
                 )
+        dropping.hint()
         _notice()
         help.welcome()
         help.keys()

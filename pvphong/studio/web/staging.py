@@ -55,6 +55,12 @@ class Staging:
         if refine is not None:
             self._subplot.lit.refine(refine)
 
+    def fit(self, refine: float | None) -> None:
+        """Put the stage, if there is one, under the meshes that are shown now. Without a mesh, it is removed."""
+        stage = self.mesh
+        if stage is not None and stage.stage is not None:
+            self.put(stage.stage.kind if self._subplot.lit.subjects else "", refine, stage.material)
+
     def show(self, stage: LitMesh | None, refine: float | None) -> None:
         """Draw a stage again that was drawn before, or none."""
         before, renderer = self.mesh, self._subplot.renderer

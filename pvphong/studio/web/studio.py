@@ -11,7 +11,7 @@ import inspect
 import itertools
 import weakref
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
@@ -26,20 +26,17 @@ from trame.app import get_server
 from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.meshes import colormaps
-from pvphong.meshes.blocks import DEFAULT, map_blocks
-from pvphong.meshes.files import read, read_texture
+from pvphong.meshes.blocks import map_blocks
 from pvphong.meshes.pictures import TRANSPARENT, refuse_size
 from pvphong.meshes.stages import Stage
 from pvphong.meshes.surfaces import surface
 from pvphong.optics.lights import LIGHT_TYPES
-from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.material import Material
 from pvphong.optics.reflectances import REFLECTANCES
-from pvphong.scene.scene import Scene, load_materials
 from pvphong.shading.plan.plan import Plan
 from pvphong.studio.gizmos import History, commands
 from pvphong.studio.subplot import Subplot
-from pvphong.studio.web.access import Access, Messages, no_launcher, refuse_lamp_files, upload
+from pvphong.studio.web.access import Access, Messages, no_launcher
 from pvphong.studio.web.cameras import Cameras
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.downloads import EXAMPLES, LIT, STAGE, Downloads, Picture, reading_file
@@ -54,6 +51,7 @@ from pvphong.studio.web.panels.help import PAGE_KEYS
 from pvphong.studio.web.report import Measuring, Report
 from pvphong.studio.web.thumbnails import answer
 from pvphong.studio.web.turntable import Turntable, pictures_in
+from pvphong.studio.web.uploads import DROPPED, Uploads, refuse_file
 
 _SHOW_AFTER, _PLAN_AFTER, _ASK_AGAIN = 0.06, 0.25, 0.1
 """Seconds from a frame until the page is updated, from then until the plan is updated, and between two polls for
@@ -61,10 +59,6 @@ background results."""
 
 _SAID_FOR = 8.0
 """Seconds for which a notice is shown."""
-
-MESHES = (".vtp", ".vtu", ".vtk", ".vti", ".vts", ".vtr", ".vtkhdf", ".ply", ".stl", ".obj", ".glb", ".gltf")
-SKIES = (".hdr", ".png", ".jpg", ".jpeg")
-"""Suffixes of the files that can be uploaded."""
 
 _BUDGET = 10.0
 """Seconds after which refining pauses, until the page asks for more."""
@@ -86,6 +80,7 @@ _EDITS = (
         "highlight_here",
     ),
     "set_colormap",
+    *("rename_mesh", "remove_mesh"),
     *("start_mix", "solo_fader", "keep_mix", "cancel_bounces", "cancel_refining", "go_on_refining"),
 )
 """Methods of the document that the page can trigger."""
@@ -138,6 +133,7 @@ class Studio:
         self._measuring = Measuring(self._measured)
         self._measured_matrix: Float64Array | None = None
         self._reports = 0
+        self._uploads = Uploads(self.document, subplot, self._open_upload)
         self._cameras = Cameras(subplot)
         self._turntable = Turntable(self.show)
         self._instruments = Instruments(self.document, subplot, self._later, self.draw, self.say, self._put)
@@ -145,6 +141,7 @@ class Studio:
         keys = [*PAGE_KEYS, *((key, f"{what}, in the view") for key, what in commands.help_entries({}))]
         names = {"keys": keys, "example_names": list(EXAMPLES), "material_names": list(Material.names())}
         names |= {"reflectance_names": ["", *REFLECTANCES], "colormap_names": sorted(colormaps.names(), key=str.lower)}
+        names["dropped"] = DROPPED
         at_first: dict[str, Any] = {"plan": {"accuracy": "", "meshes": []}, "script": ""}
         at_first["report"] = vars(Report()) | {"figure": ""}
         self.server.state.update(names | at_first | Instruments.at_first | {"marked": False} | self._shown())
@@ -179,6 +176,7 @@ class Studio:
             "cancel_report": self._measuring.cancel,
             "mark_worst": self.mark_worst,
             "open_example": self.open_example,
+            "refuse_file": refuse_file,
             "set_stage": self.set_stage,
             "gizmos": lambda: commands.toggle_hidden(document.gizmos),
             "theme": self._turn_theme,
@@ -265,11 +263,12 @@ class Studio:
     def _shown(self) -> dict[str, Any]:
         meshes = self._subplot.lit.subjects
         points = sum(mesh.drawn.n_points for mesh in meshes)
-        title = f"{self._opening.file.stem}: {points:,} points" if meshes else "no mesh"
+        title = f"{self._opening.title}: {points:,} points" if meshes else "no mesh"
         of_meshes = {"title": title, "has_mesh": bool(meshes), "mesh_count": len(meshes)}
+        of_meshes |= {"parts": self._opening.listed()}
         shown = self.document.shown()
         lit_by = ", ".join(light["called"] for light in shown["lights"] if light["on"]["value"]) or "no light"
-        shown |= self._cameras.shown() | self._turntable.shown(self._opening.file.stem)
+        shown |= self._cameras.shown() | self._turntable.shown(self._opening.stem)
         of_meshes |= {"view_text": f"{title}; lit by {lit_by}"}
         return shown | self._awaited() | of_meshes | self._instruments.shown()
 
@@ -326,6 +325,7 @@ class Studio:
             self.document.accuracy,
             self._picture,
             self._is_refined,
+            self._opening.parts,
         )
         if known == self._planned_for:
             return
@@ -346,10 +346,10 @@ class Studio:
         self._save()
 
     def _save(self) -> None:
-        """Save the rig, if `keep` was given."""
-        if (keep := self._opening.file.keep) is not None:
+        """Save the rig, if `keep` was given, with the materials of its own file's meshes."""
+        for keep, meshes in self._opening.kept():
             try:
-                self.downloads.save_rig(keep)
+                replace(self.downloads, meshes=meshes).save_rig(keep)
             except ValueError:  # its message contains the whole path
                 self.say(f"The rig is not saved: {keep.name} cannot be written, or a map is an array without a name.")
 
@@ -372,8 +372,8 @@ class Studio:
         finally:
             activate(before)
 
-    def open(self, mesh: Any, file: str, reading: str = "") -> None:
-        """Show another mesh, as one undo step. Lights are kept and moved to fit; see `Opening.open`.
+    def open(self, mesh: Any, file: str, reading: str = "", *, beside: bool = False) -> None:
+        """Show another mesh, as one undo step. Lights are kept and moved to fit; see `Opening`.
 
         Parameters
         ----------
@@ -383,6 +383,8 @@ class Studio:
             Name of the mesh's file.
         reading : str
             Python expression for the mesh; by default one that reads the file.
+        beside : bool, default False
+            Show it beside the meshes that are there already. Lights and camera stay then.
 
         Raises
         ------
@@ -391,7 +393,14 @@ class Studio:
         """
         outside = map_blocks(mesh, surface) if isinstance(mesh, pv.MultiBlock) else surface(mesh)
         with self._active():
-            self.document.open(outside, OpenFile(PurePath(file).stem, reading or reading_file(file)))
+            self.document.open(outside, OpenFile(PurePath(file).stem, reading or reading_file(file)), beside=beside)
+
+    def _open_upload(self, mesh: Any, file: str, beside: bool) -> str:
+        """Show an uploaded mesh; return a message if it is not all in view."""
+        self.open(mesh, file, beside=beside)
+        part, meshes = self._opening.drawn[-1]
+        is_seen = not beside or self._cameras.sees(meshes)
+        return "" if is_seen else f"{part.name} is not all in view. The button “Fit” at the top shows all meshes."
 
     def open_example(self, name: str) -> None:
         """Show one of PyVista's example meshes."""
@@ -407,16 +416,16 @@ class Studio:
     @property
     def downloads(self) -> Downloads:
         """The downloads of the current state. While a background computation runs, they are as the view shows them."""
-        meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.subjects}
+        meshes = {self.document.mesh_name(mesh): mesh for mesh in self.document.subjects}
         stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting and not self._subplot.lit.softening.is_awaited  # which ends soon
-        file, scene = self._opening.file, self._subplot.scene
+        opening, scene = self._opening, self._subplot.scene
         if scene.viewer is not None:
             scene = replace(scene, viewer=self._framing.in_a_wide_view(scene.viewer))
         found = Downloads(
-            meshes, scene, tolerance, file.reading, file.stem, textures, is_as_shown, stage, self._picture
+            meshes, scene, tolerance, opening.reading, opening.stem, textures, is_as_shown, stage, self._picture
         )
         if self._is_refined:
             names = {mesh: name for name, mesh in meshes.items()} | ({} if stage is None else {stage: STAGE})
@@ -464,32 +473,6 @@ class Studio:
         is_gathering = self._subplot.lit.gathering.part is not None
         doing = "Bounced light is" if is_gathering else "The refined view is"
         return f"{doing} not complete yet; for exact colours, download it again later."
-
-    async def _take_mesh(self, name: str, path: Path, _query: Mapping[str, str]) -> None:
-        self.open(await asyncio.to_thread(read, path, guarded=True), name)
-
-    async def _take_rig(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
-        refuse_lamp_files(path)
-        scene, materials = Scene.load(path), load_materials(path)
-        for material in materials.values():
-            for field, given in material.maps.items():
-                if is_image_path(given):
-                    allowed, remedy = "a value in an uploaded rig, not an image file", "Upload the image as a texture."
-                    check.refuse(field, PurePath(str(given)).name, allowed, remedy)
-        if query.get("part") == "material":
-            if not materials:
-                check.refuse("rig", "a rig without materials", "a rig with at least one material")
-            scene = self._subplot.scene
-        self.document.replace_all(scene, materials, DEFAULT)
-
-    async def _take_sky(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
-        image = await asyncio.to_thread(read, path, guarded=True)
-        await self.document.set_image(query.get("light", ""), image)
-
-    async def _take_texture(self, name: str, path: Path, query: Mapping[str, str]) -> None:
-        field = query.get("field", "")
-        texture = await asyncio.to_thread(read_texture, str(path), field)
-        self.document.set_texture(query.get("material", ""), field, texture, name)
 
     # -- numbers outside the document, and the accuracy report
 
@@ -595,13 +578,7 @@ class Studio:
         server.app.router.add_get("/turntable/{name}.gif", self._turntable.answer)
         self._instruments.add_routes(server.app.router)
         server.app.router.add_get("/thumbnail/{kind}/{name}", answer)
-        for what, suffixes, take in (
-            ("mesh", MESHES, self._take_mesh),
-            ("rig", (".json",), self._take_rig),
-            ("sky", SKIES, self._take_sky),
-            ("texture", IMAGES, self._take_texture),
-        ):
-            server.app.router.add_post(f"/bring/{what}", upload(suffixes, take, self._done))
+        self._uploads.add_routes(server.app.router, self._done)
 
     def start(self, port: int) -> None:
         """Start serving."""

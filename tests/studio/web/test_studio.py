@@ -1,6 +1,5 @@
 """The studio without a browser: lost connections, opening of meshes, and downloads of several blocks."""
 
-import asyncio
 import json
 import re
 from dataclasses import replace
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from mouse import Mouse
+from studios import in_a_studio
 
 pytest.importorskip("trame_pyvista", reason="the studio needs the extra trame")
 
@@ -20,19 +20,7 @@ from pvphong.studio.lit_mesh import SharedMaterial
 from pvphong.studio.web.new_light import placed_before
 from pvphong.studio.web.opening import Fit
 from pvphong.studio.web.report import Report
-from pvphong.studio.web.studio import _MARKS, Studio
-
-
-def in_a_studio(plotter, act, *, file="part.vtm", **options):
-    """Return the result of a function for a studio that is not served, on the plotter's active subplot."""
-
-    async def run():
-        phong = plotter.phong
-        if not phong.gizmos:
-            phong.add_gizmos()
-        return act(Studio(plotter, phong._subplot, phong._history, file=file, **options))
-
-    return asyncio.run(run())
+from pvphong.studio.web.studio import _MARKS
 
 
 def test_escape_puts_back_a_drag_after_a_connection_was_lost_in_another(new_plotter):
@@ -299,7 +287,7 @@ def test_an_uploaded_rig_with_a_lamp_file_changes_nothing(lamp_and_ball, tmp_pat
     def act(studio):
         before = lamp_and_ball.phong.lights
         with pytest.raises(ValueError, match=r"^photometry must be the numbers of a lamp in an uploaded rig") as told:
-            studio._take_rig("rig.json", rig, {}).send(None)
+            studio._uploads.take_rig("rig.json", rig, {}).send(None)
         assert "root" not in str(told.value)
         assert lamp_and_ball.phong.lights == before
 

@@ -47,10 +47,15 @@ def files() -> None:
         )
         html.H3("Open another mesh or a rig", classes="text-caption mt-4")
         html.Div(
-            "Another mesh keeps the lights: they are moved and scaled to fit it. Undo shows the mesh before it.",
+            "Another mesh keeps the lights: they are moved and scaled to fit it. Undo shows the mesh before it. A mesh"
+            " that is added leaves lights and camera where they are; its material and its name are under Material."
+            " Files can also be dropped onto the page.",
             classes="studio-unit",
         )
         open_mesh("mesh")
+        with html.Div(v_if="has_mesh", classes="studio-beside"):
+            label, more = "Add a mesh beside it", " + '&beside=1'"
+            file_input("mesh", label, name="beside", more=more, found="add-mesh")
         file_input("rig", "rig: .json", accept=".json")
         only, more = "rig, materials only: .json", " + '&part=material'"
         file_input("rig", only, name="material", more=more, accept=".json")

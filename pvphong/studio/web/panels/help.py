@@ -13,6 +13,8 @@ PAGE_KEYS = (
     ("Shift + drag", "move the model sideways, in the view"),
     ("wheel", "zoom, in the view"),
     ("Ctrl + Z, Ctrl + Y", "undo, redo"),
+    ("drop a file", "open a mesh or a rig, or add a measured lamp"),
+    ("Shift + drop a mesh", "add it beside the others"),
     ("Shift + slider", "move a slider finely"),
     ("double-click on a slider", "set the default"),
     ("Up, Down in a number", "add or subtract 1"),

@@ -1,22 +1,61 @@
-"""The panel of materials: preset, reflectance, colours, colormap and textures."""
+"""The panel of materials: the meshes by name, and preset, reflectance, colours, colormap and textures of each one."""
 
 from __future__ import annotations
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-from pvphong.studio.web.inputs import SIX_DIGITS, file_input, form, found_by, number_input
+from pvphong.studio.web.inputs import SIX_DIGITS, file_input, form, found_by, icon_button, number_input
 from pvphong.studio.web.panels.panel import panel
+
+OWN = {"chosen_mesh": ""}
+"""State of each browser: the name of the mesh whose material is shown; "" shows all materials."""
+
+_CHOSEN = "(materials.some((each) => each.name == chosen_mesh) ? chosen_mesh : '')"
 
 
 def materials() -> None:
-    """Add inputs for each material, and for sharp edges."""
+    """Add the meshes, inputs for their materials, and for sharp edges."""
     with panel("Material"):
         html.Div("No mesh is open.", v_if="!has_mesh", classes="studio-unit")
-        with html.Div(v_for="material in materials", key=("material.number",)):
+        _meshes()
+        _chooser()
+        of_each = html.Div(v_for="material in materials", key=("material.number",))
+        with of_each, html.Div(v_if=f"{_CHOSEN} == '' || {_CHOSEN} == material.name"):
             _material()
         with html.Div(v_if="has_mesh", classes="mt-2"):
             number_input("surfaces[0]", "feature-angle", "sharp edges from, °")
+
+
+def _meshes() -> None:
+    """Add a row for each file if several are shown: its name, its number of points, and a button that removes it."""
+    with html.Div(
+        v_for="part in (parts.length > 1 ? parts : [])",
+        key=("part.number",),
+        classes="studio-row",
+        **found_by("mesh-row", ("'Mesh ' + part.name",)),
+    ):
+        v.VTextField(
+            key=("part.number + part.name + refusals",),
+            model_value=("part.name",),
+            label=("part.points.toLocaleString('en') + ' points'",),
+            change="trigger('rename_mesh', [part.number, $event.target.value])",
+            **found_by("mesh-name", ("'Name of the mesh ' + part.name",)),
+        )
+        icon_button("mdi-delete-outline", "remove-mesh", "Remove the mesh", "trigger('remove_mesh', [part.number])")
+
+
+def _chooser() -> None:
+    """Add a list that shows the material of one mesh, or all materials."""
+    v.VSelect(
+        v_if="materials.length > 1",
+        model_value=(_CHOSEN,),
+        items=("[{ value: '', title: 'all' }, ...materials.map(({ name }) => ({ value: name, title: name }))]",),
+        label="material of",
+        classes="mt-3",
+        update_modelValue="chosen_mesh = $event",
+        **found_by("material-of", "Mesh whose material is shown"),
+    )
 
 
 def _material() -> None:
