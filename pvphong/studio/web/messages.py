@@ -63,7 +63,8 @@ def in_page_words(message: str) -> str:
         return f"{label}: “{got}” is not a number."
     if limits := _RANGE.fullmatch(allowed):
         return f"{label}: {_shortened(got)} is out of range. Enter {_range(limits)}."
-    text = f"{label} must be {allowed}, not {_shortened(got)}." + (f" {found['remedy']}" if found["remedy"] else "")
+    remedy = found["remedy"] or ""
+    text = f"{label} must be {allowed}, not {_shortened(got)}. {remedy[:1].upper()}{remedy[1:]}".rstrip()
     for python, page in _WORDS:
         text = text.replace(python, page)
     return text.strip()

@@ -12,6 +12,7 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.geometry.transform import transform_points
 from pvphong.optics.light import Light
+from pvphong.optics.lights import PhotometricLight
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -48,6 +49,8 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
     for corners in light.values(Corners):
         light = light.with_values(Corners, (place + 2.0 * _LARGE * size * np.array(corners) @ local).tolist())
     strength = float(np.broadcast_to(light.arrival(middle[:, None]).strength, 1)[0])
+    if strength == 0.0 and isinstance(light, PhotometricLight):  # it shines elsewhere, as a lamp for ceilings does
+        strength = light.intensity * light.measured.most / float(np.sum((middle - place) ** 2))
     return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light
 
 
