@@ -634,7 +634,8 @@ class PlotterPhong(Readings, Handle):
             Open the page in a browser, except in a notebook.
         keep : path, optional
             JSON file to which lights, viewer, light model and materials are saved after each change, as by
-            `Scene.save`. After another mesh is opened in the page, nothing is saved until this is undone.
+            `Scene.save`. After another mesh is opened in the page, nothing is saved until this is undone. Materials of
+            meshes that the page adds beside it are not saved.
 
         Returns
         -------

@@ -6,14 +6,14 @@ Read in this order:
    it also parses values from the page.
 2. `kinds`: lights and reflectances by name. `coloring`: the choice of an array and its colormap. `mix`: faders, which
    scale each light's contribution.
-3. `opening`: the file that is shown, and lights that fit it when another is opened. `staging`: the stage under it.
+3. `opening`: the files that are shown, and lights that fit another one. `staging`: the stage under them.
    `new_light`: the place and the intensity of a new light. `placing`: a light's angles and distance about its target.
    `skies`: images of environment lights. `document`: the editable values, named by keys, with one undo history for
    panels and gizmos.
 4. `words`: the names of fields on the page. `messages`: errors in these words. `inputs`, `panels` and `page`: Vuetify's
    components around the view.
-5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads. `sharing`: one view for
-   browsers of different sizes.
+5. `access`: access control for HTTP and WebSocket, validation of messages, and uploads. `uploads`: the kinds of files
+   that can be uploaded. `sharing`: one view for browsers of different sizes.
 6. `downloads`: the files to download, and the Python script that reproduces them. `turntable`: a GIF.
 7. `exactness`: how exact the picture is, in words. `report`: the accuracy report, measured in a separate process.
 8. `cameras`: views from the front, the top and so on. `framing`: the camera's angle in a narrow view.

@@ -214,7 +214,7 @@ class Downloads:
             scene = python_of(self.scene)
             written = {name: python_of(each) for name, each in materials.items()}
         except HasArrays:
-            scene = f"ph.Scene.load({rig})  # download the rig too: it contains images and arrays"
+            scene = f"ph.Scene.load({rig})  # download the rig too: it contains images, arrays or lamps"
             written = {}
         written_on_stage = {name: python_of(each) for name, each in self._on_stage.items()}
         if list(written) == [DEFAULT] and not written_on_stage:
