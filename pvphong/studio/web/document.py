@@ -44,7 +44,7 @@ from pvphong.studio.web.fields import edited, form_of, number_in, slid
 from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
-from pvphong.studio.web.opening import OpenFile, Opening, Part, own_name
+from pvphong.studio.web.opening import OpenFile, Opening, Part, own_names
 from pvphong.studio.web.placing import placed, placing_of
 from pvphong.studio.web.settings import Accuracy, Background, Surfaces
 from pvphong.studio.web.skies import image_in, with_image
@@ -516,20 +516,20 @@ class Document:
     @property
     def materials(self) -> dict[str, SharedMaterial]:
         """The materials of all visible meshes: name of the first mesh that has the material → the material."""
-        found: dict[SharedMaterial, str] = {}
-        for mesh in (*self.subjects, *(mesh for mesh in self._subplot.lit.shown if mesh.stage is not None)):
-            found.setdefault(mesh.shared_material, self.mesh_name(mesh))
+        found, shown = dict[SharedMaterial, str](), set(self._subplot.lit.shown)
+        for mesh, name in sorted(self.names().items(), key=lambda each: each[0].stage is not None):
+            if mesh in shown:
+                found.setdefault(mesh.shared_material, name)
         return {name: shared for shared, name in found.items()}
 
-    @property
-    def subjects(self) -> list[LitMesh]:
-        """The visible meshes without the stage, file by file."""
-        return self._subplot.lit.subjects if self._opening is None else self._opening.subjects
+    def names(self) -> dict[LitMesh, str]:
+        """Return unique names of the meshes; see `Opening.names` and `own_names`."""
+        lit = self._subplot.lit
+        return own_names(lit, lit.meshes) if self._opening is None else self._opening.names()
 
     def mesh_name(self, mesh: Any) -> str:
-        """Return a unique name of a mesh; see `Opening.name_of` and `own_name`."""
-        lit = self._subplot.lit
-        return own_name(lit, mesh, lit.meshes) if self._opening is None else self._opening.name_of(mesh)
+        """Return the unique name of a mesh."""
+        return self.names()[mesh]
 
     def _material(self, number: Any) -> SharedMaterial:
         materials = list(self.materials.values())

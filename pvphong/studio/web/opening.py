@@ -7,6 +7,7 @@ Undo shows again what was shown before.
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -114,12 +115,6 @@ class Opening:
     # -- names, for the page and for downloads
 
     @property
-    def subjects(self) -> list[LitMesh]:
-        """The visible meshes, in the order of the parts."""
-        visible = set(self._subplot.lit.subjects)
-        return [mesh for each in self.drawn for mesh in each.meshes if mesh in visible]
-
-    @property
     def stem(self) -> str:
         """Beginning of the names of downloads: the name of the first part."""
         return self._shown_parts[0].name
@@ -143,17 +138,21 @@ class Opening:
     def _shown_parts(self) -> list[Part]:
         return [each.part for each in self.drawn] or [*self._parts]
 
-    def name_of(self, mesh: LitMesh) -> str:
-        """Return a unique name of a mesh, which is its path in `reading`.
+    def names(self) -> dict[LitMesh, str]:
+        """Return unique names of all meshes, part by part, and of the stage. They are the paths in `reading`.
 
-        With several parts, it is the part's name, followed by "/" and the block's path if the part has blocks.
+        With several parts, a name is the part's name, followed by "/" and the block's path if the part has blocks.
         """
-        drawn = self.drawn
+        lit, drawn = self._subplot.lit, self.drawn
+        names = own_names(lit, lit.meshes)
+        if len(drawn) == 1:
+            return names
+        found = dict[LitMesh, str]()
         for part, meshes in drawn:
-            if len(drawn) > 1 and mesh in meshes:
-                is_alone = [each.block for each in meshes] == [""]
-                return part.name if is_alone else f"{part.name}/{own_name(self._subplot.lit, mesh, meshes)}"
-        return own_name(self._subplot.lit, mesh, self._subplot.lit.meshes)
+            is_alone = [mesh.block for mesh in meshes] == [""]
+            own = own_names(lit, meshes)
+            found |= {mesh: part.name if is_alone else f"{part.name}/{own[mesh]}" for mesh in meshes}
+        return found | {mesh: name for mesh, name in names.items() if mesh not in found}
 
     def listed(self) -> list[dict[str, Any]]:
         """Return the parts for the page."""
@@ -164,9 +163,10 @@ class Opening:
 
     def kept(self) -> list[tuple[Path, dict[str, LitMesh]]]:
         """Return the files in which rigs are kept, with the meshes of each one, by the names that they have alone."""
+        lit, drawn = self._subplot.lit, {each.part: each.meshes for each in self.drawn}
         return [
-            (part.file.keep, {own_name(self._subplot.lit, mesh, meshes): mesh for mesh in meshes})
-            for part, meshes in self.drawn
+            (part.file.keep, {name: mesh for mesh, name in own_names(lit, drawn.get(part, [])).items()})
+            for part in self._parts
             if part.file.keep is not None
         ]
 
@@ -295,17 +295,18 @@ class Opening:
                 self._subplot.renderer.remove_actor(mesh.actor, render=False)
 
 
-def own_name(lit: LitActors, mesh: LitMesh, among: Sequence[LitMesh]) -> str:
-    """Return a unique name of a mesh among others.
+def own_names(lit: LitActors, meshes: Sequence[LitMesh]) -> dict[LitMesh, str]:
+    """Return unique names of meshes.
 
     The name of a block is the block's path, as in rigs and scripts, unless another mesh has the same name. Otherwise
     the name is that of the mesh's actor, which includes the path in brackets. If the actor has no name, the mesh gets
     a number.
     """
-    others = (other.block or lit.name_of(other) for other in among if other is not mesh)
-    if mesh.block and mesh.block not in others:
-        return mesh.block
-    return lit.name_of(mesh) or f"mesh {1 + list(among).index(mesh)}"
+    count = Counter(mesh.block or lit.name_of(mesh) for mesh in meshes)
+    return {
+        mesh: mesh.block if mesh.block and count[mesh.block] == 1 else lit.name_of(mesh) or f"mesh {number}"
+        for number, mesh in enumerate(meshes, 1)
+    }
 
 
 def _taken(parts: Iterable[Part]) -> set[str]:

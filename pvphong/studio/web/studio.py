@@ -330,9 +330,9 @@ class Studio:
         if known == self._planned_for:
             return
         self._planned_for, plans = known, plans_of(self._subplot.lit, scene, tolerance)
+        names = self.document.names()
         shown = [
-            {"name": self.document.mesh_name(mesh), "rows": rows_of(made), "accuracy": summary_of(made)}
-            for mesh, made in plans.items()
+            {"name": names[mesh], "rows": rows_of(made), "accuracy": summary_of(made)} for mesh, made in plans.items()
         ]
         try:
             script = self.downloads.script()
@@ -416,7 +416,8 @@ class Studio:
     @property
     def downloads(self) -> Downloads:
         """The downloads of the current state. While a background computation runs, they are as the view shows them."""
-        meshes = {self.document.mesh_name(mesh): mesh for mesh in self.document.subjects}
+        subjects = set(self._subplot.lit.subjects)
+        meshes = {name: mesh for mesh, name in self.document.names().items() if mesh in subjects}
         stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
         tolerance = self.document.accuracy.tolerance
         textures = self.document.textures

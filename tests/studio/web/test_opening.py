@@ -37,7 +37,7 @@ def add(studio, file):
 
 
 def names(studio):
-    return [studio.document.mesh_name(mesh) for mesh in studio.document.subjects]
+    return list(studio.document.names().values())
 
 
 def camera(plotter):
@@ -230,7 +230,7 @@ def test_a_stage_is_put_under_all_meshes_and_back_by_undo(ball):
         height = lit.stage.actor.bounds[5]
         add(studio, "floor.vtp")
         assert lit.stage.actor.bounds[5] < height - 0.05
-        assert names(studio) == ["ball", "floor"]
+        assert names(studio) == ["ball", "floor", "stage"]
         assert list(studio.document.materials) == ["ball", "floor", "stage"]
         assert studio.document.undo()
         assert lit.stage.actor.bounds[5] == height
