@@ -12,7 +12,6 @@ from pvphong.base.types import Float64Array, Vector
 from pvphong.base.vectors import unit_vector
 from pvphong.geometry.transform import transform_points
 from pvphong.optics.light import Light
-from pvphong.optics.lights import PhotometricLight
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
@@ -21,6 +20,9 @@ from pvphong.studio.lit_mesh import LitMesh
 # scene sizes; and the brightness that it gives to a white surface at the centre.
 _PLACE, _LARGE, _BRIGHT = (-0.6, 0.6, 0.5), 0.2, 0.6
 _STOPS = 1.0 / 3.0
+_HEIGHTS = np.linspace(-1.0, 1.0, 4000)
+_ANGLES = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(4000.0)  # the golden angle spaces directions evenly
+_ALL_AROUND = np.stack([*(np.sqrt(1.0 - _HEIGHTS**2) * (np.cos(_ANGLES), np.sin(_ANGLES))), _HEIGHTS])
 _BRIGHTEST = 0.6
 _DARK = 1.0 / 255.0  # a mean below this is no picture that a light could spoil
 
@@ -49,8 +51,9 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
     for corners in light.values(Corners):
         light = light.with_values(Corners, (place + 2.0 * _LARGE * size * np.array(corners) @ local).tolist())
     strength = float(np.broadcast_to(light.arrival(middle[:, None]).strength, 1)[0])
-    if strength == 0.0 and isinstance(light, PhotometricLight):  # it shines elsewhere, as a lamp for ceilings does
-        strength = light.intensity * light.measured.most / float(np.sum((middle - place) ** 2))
+    if strength == 0.0:  # it does not shine ahead, as a lamp for ceilings: take its brightest direction
+        around = place[:, None] + np.linalg.norm(middle - place) * _ALL_AROUND
+        strength = float(np.max(light.arrival(around).strength))
     return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light
 
 

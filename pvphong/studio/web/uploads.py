@@ -10,7 +10,7 @@ from typing import Any
 from pvphong.base import check
 from pvphong.meshes.blocks import DEFAULT
 from pvphong.meshes.files import read, read_texture
-from pvphong.optics.lights import PhotometricLight
+from pvphong.optics.lights import LIGHT_TYPES
 from pvphong.optics.maps import IMAGES, is_image_path
 from pvphong.optics.photometric_files import read_photometry
 from pvphong.scene.scene import Scene, load_materials
@@ -81,10 +81,10 @@ class Uploads:
     async def take_lamp(self, name: str, path: Path, _query: Mapping[str, str]) -> str:
         """Add a measured lamp, placed as any new light and called by the file's name."""
         try:
-            measured = await asyncio.to_thread(read_photometry, path, is_alone=True)
+            measured: Any = await asyncio.to_thread(read_photometry, path, is_alone=True)
         except ValueError as error:
             raise ValueError(str(error).replace(path.name, name)) from error
-        self._document.add_light(PhotometricLight(measured), PurePath(name).stem)
+        self._document.add_light(LIGHT_TYPES["photometric"](measured), PurePath(name).stem)
         factor = self._subplot.lights.values[-1].intensity
         return f"{name} is added at {factor:.3g} times its measured brightness, which suits the picture."
 
