@@ -81,10 +81,11 @@ class Uploads:
     async def take_lamp(self, name: str, path: Path, _query: Mapping[str, str]) -> str:
         """Add a measured lamp, placed as any new light and called by the file's name."""
         try:
-            measured: Any = await asyncio.to_thread(read_photometry, path, is_alone=True)
+            measured = await asyncio.to_thread(read_photometry, path, is_alone=True)
         except ValueError as error:
             raise ValueError(str(error).replace(path.name, name)) from error
-        self._document.add_light(LIGHT_TYPES["photometric"](measured), PurePath(name).stem)
+        lamp: Any = LIGHT_TYPES["photometric"]
+        self._document.add_light(lamp(measured), PurePath(name).stem)
         factor = self._subplot.lights.values[-1].intensity
         return f"{name} is added at {factor:.3g} times its measured brightness, which suits the picture."
 
