@@ -41,7 +41,7 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
         return connectivity.reshape(-1, 3)
     if sizes.max(initial=0) > 4:  # a fan of triangles may extend outside a concave face
         bare = pv.PolyData()
-        bare.SetPoints(mesh.GetPoints())  # `bare.points = …` would mark them as modified, and windows light again
+        bare.SetPoints(mesh.GetPoints())  # `bare.points = …` would mark the mesh's points as modified
         bare.faces = pv.CellArray.from_arrays(offsets, connectivity)
         return polygons(bare.triangulate())[0].reshape(-1, 3)
     first, quads = offsets[:-1][sizes >= 3], offsets[:-1][sizes == 4]
