@@ -1,4 +1,4 @@
-"""Errors in VTK's callbacks fail tests; plotters are closed after each."""
+"""Errors in VTK's callbacks fail tests; plotters are closed after each and draw one sample for each pixel."""
 
 from __future__ import annotations
 
@@ -27,6 +27,9 @@ _LONGEST = (
     *("test_refine_far_away", "test_refine", "test_refine_shadows", "test_refusals", "test_commands", "test_sides"),
 )
 """Files whose tests take long. They run first, with those in browsers, so that several processes end together."""
+
+
+pv.global_theme.multi_samples = 1  # more take a processor twice as long, and images are compared with each other
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -36,7 +36,8 @@ class _Gathered(NamedTuple):
     """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
-    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays."""
+    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays; also
+    the viewer, if a light moves with it or a diffuse reflection depends on it."""
     geometry: Any
     """The meshes, and their `LitMesh.geometry` when the light was computed."""
     bounces: int
@@ -104,15 +105,17 @@ class Gathering:
             True to block until the light is known.
         """
         exchanging, versions = dict[LitMesh, tuple[Plan, Vertices]](), dict[LitMesh, Any]()
+        follows = any(light.frame != "world" for light in scene.lights)
         for mesh in meshes:
             with suppress(ValueError):  # a mesh that cannot be lit sends nothing; `refresh` reports it
                 exchanging[mesh] = planned(mesh)
                 versions[mesh] = mesh.version
+                follows |= exchanging[mesh][0].equation.diffuse_needs_viewer
         self.note = ""
         if not exchanging:
             self.stop()
             return {}
-        state = scene.lights, scene.light_model, versions, samples
+        state = scene.lights, scene.light_model, versions, samples, scene.viewer if follows else None
         geometry, brightness = [(mesh, mesh.geometry()) for mesh in versions], _brightness(scene)
         self._take(geometry, waits)
         last = self._last if self._last is not None and self._last.geometry == geometry else None

@@ -418,7 +418,7 @@ def made_again(script):
     return lit
 
 
-def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
+def test_what_is_taken_home_is_made_again_by_its_script(page, folder, ball):
     page.click("add-spot")
     page.trigger("choose_material", 0, "gold")
     page.until(lambda: page.state("materials")[0]["preset"] == "gold" and "SpotLight" in page.state("script"))
@@ -430,7 +430,7 @@ def test_what_is_taken_home_is_made_again_by_its_script(page, folder):
     page.until(lambda: "shadows=True" in page.state("script"))
     home = folder / "home"
     home.mkdir()
-    (home / "ball.ply").write_bytes((folder / "ball.ply").read_bytes())
+    (home / "ball.ply").write_bytes(ball.read_bytes())
     page.type("picture-width", "320")
     page.type("picture-height", "200")
     download(page, home, "ball-rig.json", "ball-lit.vtp", "ball-lit.ply", "ball-lit.glb", "ball.png", "ball-lit.py")
