@@ -69,7 +69,11 @@ ANYWHERE = AngleBounds(0.0, 0.0, math.pi)
 
 
 class Peak(NamedTuple):
-    """Peak of a highlight: the chord C is 0 there, and the highlight is a function of f = 1 − ½|C|²."""
+    """Peak of a highlight, described by a chord C: the difference of two unit vectors that are equal at the peak.
+
+    For Phong's highlight, these are the mirror direction and the direction to the viewer. The highlight is a function
+    of f = 1 − ½|C|², the cosine of the angle between them.
+    """
 
     square: Callable[[Geometry], Any]
     """Formula of |C|²."""

@@ -167,7 +167,7 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """Return ½ψ − φ, where tan φ = ratio · tan ½ψ, and this difference divided by M.
+    """Return two numbers: ½ψ − φ, where tan φ = ratio · tan ½ψ; and this difference divided by M.
 
     ψ is `psi`, and `ratio` is √(least/most). The arguments K, M and `most` are as for `_elementary`.
     """
@@ -230,14 +230,20 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 @formula
 def _to_middle(own: Any, n: Any) -> Any:
-    """Return the unit vector to a patch's middle, with as many columns as there are normals."""
+    """Return the unit vector to the middle of a patch of the sky, repeated for each column of the normals n.
+
+    `own` has the patch's numbers.
+    """
     nothing = 0.0 * n[0]
     return own[1] + nothing, own[2] + nothing, own[3] + nothing
 
 
 @formula
 def patch_irradiance(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π s²) · max(n·ω, 0) dω over the part of a patch of the sky above the horizon."""
+    """Integrate 1/(π s²) · max(n·ω, 0) dω over the part of a round patch of the sky above the horizon.
+
+    The arguments are those of `Integral.formula`. s is the sine of the patch's angular radius.
+    """
     return sphere_irradiance(own, lobe, _to_middle(own, n), n, w)
 
 
@@ -248,7 +254,7 @@ def patch_irradiance(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk light above the horizon.
 
-    The arguments are those of `Integral.formula`; w is the lobe's axis.
+    The arguments are those of `Integral.formula`. w is the lobe's axis, and k its exponent.
     """
     m, scale = scaled(d, own[RADIUS])
     e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
@@ -260,8 +266,8 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere light above the horizon.
 
-    The arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk. The disk's radius
-    is the sine of the sphere's angular radius, and its distance the cosine.
+    The arguments are those of `Integral.formula`. w is the lobe's axis, and k its exponent. A sphere is seen as a disk.
+    The disk's radius is the sine of the sphere's angular radius, and its distance the cosine.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
@@ -270,7 +276,11 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def patch_highlight(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π s²) · max(w·ω, 0)ᵏ dω over the part of a patch of the sky above the horizon."""
+    """Integrate 1/(π s²) · max(w·ω, 0)ᵏ dω over the part of a round patch of the sky above the horizon.
+
+    The arguments are those of `Integral.formula`. s is the sine of the patch's angular radius, w the lobe's axis, and k
+    its exponent.
+    """
     return sphere_highlight(own, lobe, _to_middle(own, n), n, w)
 
 

@@ -38,7 +38,11 @@ class Patches:
 
     @cached_property
     def bounds(self) -> Float64Array:
-        """Sines of the least and greatest altitude, and the first azimuth and the width in radians, shape (k, 4)."""
+        """Bounds of the patches, shape (k, 4).
+
+        The columns are the sine of the least altitude, the sine of the greatest altitude, the first azimuth and the
+        width. Azimuth and width are in radians.
+        """
         height = 0.5 * math.pi / (len(_IN_ROWS) * self.finer + 0.5)
         found = []
         for row in range(len(_IN_ROWS) * self.finer):
@@ -68,7 +72,10 @@ class Patches:
 
     @cached_property
     def half_height(self) -> float:
-        """Half the range of a patch's cosines with a direction to its side: exact for the zenith and the lowest row."""
+        """Half the range of the cosines between a normal and the directions in one patch; `seen_from` uses it.
+
+        It is half the sine of a row's height. This is exact for the lowest row and a normal to the zenith.
+        """
         return 0.5 * math.sin(0.5 * math.pi / (len(_IN_ROWS) * self.finer + 0.5))
 
     def points(self, count: int) -> Float64Array:
@@ -86,8 +93,9 @@ class Patches:
     def seen_from(self, normals: Float64Array) -> Float64Array:
         """Return the integrals of the cosine over all patches, for normals of shape (n, 3); shape (n, k).
 
-        They are exact for patches that are completely above or below a tangent plane. In a patch that is cut by the
-        plane, the cosine is taken as evenly spread: that changes the sum over all patches by at most 0.01 % of π.
+        A result is exact if the patch is completely above or below the tangent plane. If the plane cuts the patch, the
+        cosines in the patch are taken as evenly distributed over a range. This changes the sum over all patches by at
+        most 0.01 % of π.
         """
         half = self.half_height
         mean = normals @ (self.moments / self.areas[:, None]).T

@@ -205,10 +205,10 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights of about equal energy. Together they have the energy of the image.
+        """Return `count` parallel lights of about equal energy. Together they have the energy of the image.
 
-        The image is divided into `count` parts, one for each light: the part with the most energy is halved until there
-        are enough (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
+        Each light replaces a part of the image. The parts are found by halving: the part with the most energy is halved
+        until there are `count` parts (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
@@ -223,7 +223,10 @@ class EnvironmentLight(Light):
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Importance sampling by the image's energy and by the cosine; for one colour, by the cosine alone."""
+        """Importance sampling of directions.
+
+        An image is sampled by its energy and by the cosine to the normal, one colour by the cosine alone.
+        """
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_uniform:
             return sky_sampling(math.inf, float(radiance[0, 0]))
@@ -231,7 +234,10 @@ class EnvironmentLight(Light):
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 
     def radiance(self, directions: Float64Array) -> FloatArray:
-        """Return the colours of the texels, shape (3, n), at which unit vectors, shape (3, n), point."""
+        """Return the colours of the texels in the given directions, shape (3, n).
+
+        `directions` are unit vectors, shape (3, n).
+        """
         height, width, _ = self.panorama.image.shape
         ahead, right, up = self.axes @ directions
         row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
@@ -249,9 +255,9 @@ class EnvironmentLight(Light):
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
         """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        `form` is the lobe that reflects the light. If the image's expansion has more bands, the result is the sum of
-        the bounds for the omitted bands. If `bands` is the number of all bands of the expansion, the result is a bound
-        that follows from the image's energy outside these bands.
+        `form` is the lobe that reflects the light. If `bands` is less than the number of bands of the image's
+        expansion, the result is the sum of the bounds for the omitted bands. Else it is a bound that follows from the
+        image's energy outside the expansion.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)

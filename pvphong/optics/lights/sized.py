@@ -93,7 +93,10 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return a spot light at `place` that shines to the front if `sign` is 1, and to the back if it is −1."""
+        """Return a spot light at `place` with this intensity, an inverse-square falloff, and a cone of 90°.
+
+        It shines to the front if `sign` is 1, and to the back if `sign` is −1.
+        """
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 

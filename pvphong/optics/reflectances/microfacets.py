@@ -69,9 +69,9 @@ def _cosines(own: Any, at: Geometry) -> Any:
 
 @formula
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
-    """Return two parts of the factor g of the highlight: g(1 − S), which F₀ multiplies, and gS, which is white.
+    """Return two factors: g(1 − S), the part of the highlight in the colour F₀, and gS, its white part.
 
-    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex; x and y are the
+    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex. x and y are the
     results of `_cosines`.
     """
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
@@ -157,9 +157,9 @@ class Microfacets(Reflectance):
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:
-        """Return an importance sampling of the distribution of the facets' slopes.
+        """Return an importance sampling of the highlight at the vertices of `surface`.
 
-        Source: Walter et al. 2007, equations 35 and 36.
+        Directions are chosen by the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36).
         """
         alpha = self.parameters(surface.maps)[0]
 

@@ -112,9 +112,10 @@ class Ward(Reflectance):
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
     def directions(self, surface: Surface) -> Directions:
-        """Return an importance sampling of the exponential factor of the highlight.
+        """Return an importance sampling of the highlight at the vertices of `surface`.
 
-        The half-way direction's slopes along t and n × t are normally distributed (Ward 1992, equation 6).
+        Directions are chosen by the exponential factor of the highlight: the half-way direction's slopes along t and n
+        × t are normally distributed (Ward 1992, equation 6).
         """
         along, across = self.parameters({})
 
