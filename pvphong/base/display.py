@@ -140,7 +140,7 @@ def _filmic(exposed: FloatArray) -> FloatArray:
 
 
 def _false_colors(exposed: FloatArray) -> ByteArray:
-    """Return the false colours for linear colours after exposure, shape (n, 3), by their bands of luminance."""
+    """Return the false colour of each linear colour, shape (n, 3), by its band of luminance after exposure."""
     limits, colors = zip(*_FALSE_COLORS, strict=True)
     with np.errstate(divide="ignore"):
         stops = np.log2(exposed @ XYZ_OF_RGB[1].astype(np.float32) / np.float32(_MIDDLE_GREY))

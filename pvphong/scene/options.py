@@ -44,10 +44,9 @@ def known_options(function: Function) -> Function:
 
 
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
-    """Return a function that checks names of options: it raises ``TypeError`` for a name that `function` does not
-    accept.
+    """Return a function that raises ``TypeError`` for names of options that `function` does not accept.
 
-    The message says where the first such option belongs, or suggests the nearest option.
+    The message names the first such option, and says where it belongs or suggests the nearest option.
     """
     parameters = inspect.signature(function).parameters
     known = frozenset(parameters)

@@ -66,8 +66,9 @@ class Surroundings:
         return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
 
     def level(self, up: Float64Array) -> Float64Array:
-        """Return the unit vector towards the viewer that is horizontal, that is, perpendicular to the unit vector
-        `up`.
+        """Return the horizontal unit vector towards the viewer.
+
+        Horizontal means perpendicular to the unit vector `up`.
         """
         _, own_up, back = self.viewer.axes
         along = back - (back @ up) * up
