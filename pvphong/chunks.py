@@ -33,7 +33,7 @@ _ARGUMENTS = ("points", "normals", _VISIBILITY)
 
 
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
-    """Return a function that also accepts Dask arrays; `whole` is `evaluation.evaluate`, for arrays of NumPy."""
+    """Return a function like `whole` that also accepts Dask arrays; `whole` is `evaluation.evaluate`."""
 
     @wraps(whole)
     def evaluate(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:

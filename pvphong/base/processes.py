@@ -181,7 +181,7 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 
 
 def available_memory() -> int | None:
-    """Return how many bytes can be allocated without swapping; None if the system does not report it."""
+    """Return the number of bytes that can be allocated without swapping; None if the system does not report it."""
     return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
 
 

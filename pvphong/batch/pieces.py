@@ -270,10 +270,11 @@ def _root(path: Path) -> ElementTree.Element:
 
 
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
-    """Return the elements of an index file that name a file, with more information.
+    """Return a tuple for each element of an index file that names a file.
 
-    Each entry has the element, the name of its attribute that holds the file's path, and the path of its block, such as
-    "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the block is "".
+    The tuple has the element, the name of the attribute that holds the file's path, and the path of the block to which
+    the file belongs, such as "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the
+    block is "".
     """
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]

@@ -246,7 +246,7 @@ class _Run:
     def span(self) -> None:
         """Give a range to each colormap that has none.
 
-        It is the range of the colormap's array over all pieces.
+        The range is that of the colormap's array over all pieces.
         """
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:

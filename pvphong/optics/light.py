@@ -210,7 +210,10 @@ class Light(metaclass=_Kind):
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **given: Any) -> Self:
-        """Refuse unknown fields, and PyVista's name `color` for `diffuse`."""
+        """Raise an error for unknown fields.
+
+        For `color`, PyVista's name of the field, the message suggests `diffuse`.
+        """
         check.refuse_color(cls, given)
         check.keywords(cls, given)
         return super().__new__(cls)
@@ -313,8 +316,9 @@ class Light(metaclass=_Kind):
     def placement(self) -> PunctualParameters | None:
         """Position and falloff of a light without a size; None for a kind that defines `nodes` or `arrival` instead.
 
-        A kind that defines only `arrival` must also set `is_uniform`. If `is_uniform` is True, compiled code and the
-        readable evaluator can light scenes with this kind. If it is False, only the readable evaluator can.
+        If a kind defines only `arrival`, its `is_uniform` decides which evaluators can light scenes with it. If
+        `is_uniform` is True, compiled code and the readable evaluator can. If it is False, only the readable evaluator
+        can.
         """
         return None
 
@@ -399,9 +403,9 @@ class Light(metaclass=_Kind):
         return (((1.0, 1.0, 1.0), self),)
 
     def analytic_integral(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """Return the exact integral of the light that the lobe `form` reflects; None if the light has no such formula.
+        """Return the exact integral over the light, weighted by `form`, a power of a cosine; None without a formula.
 
-        A lobe is a part of a reflectance. Here it is a power of a cosine.
+        `form` is the factor of a lobe, that is, of a part of the surface's reflectance.
         """
         return None
 

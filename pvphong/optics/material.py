@@ -135,7 +135,10 @@ class Material:
     __signature__ = InitSignature()
 
     def __new__(cls, *given: Any, **fields: Any) -> Self:
-        """Refuse positional arguments: `Material("gold")` would set the ambient colour."""
+        """Raise an error for unknown fields and for positional arguments.
+
+        Otherwise `Material("gold")` would set the ambient colour.
+        """
         if given:
             check.refuse("Material", given[0], "made with keywords, as in Material(diffuse=...)", _remedy(given[0]))
         check.refuse_color(cls, fields)

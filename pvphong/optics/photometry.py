@@ -109,7 +109,7 @@ class Photometry:
             check.refuse("candela", "zeros only", "numbers that are not all 0")
         angles, factors = self.tilt_factors
         if len(angles) != len(factors) or (np.diff(angles) <= 0.0).any() or not (factors >= 0.0).all():
-            check.refuse("tilt", self.tilt, "ascending angles, and as many factors >= 0")
+            check.refuse("tilt", self.tilt, "ascending angles, followed by the same number of factors >= 0")
         if self.tilt_axis not in (1, 2, 3):
             check.refuse("tilt_axis", self.tilt_axis, "1, 2 or 3")
 

@@ -31,7 +31,7 @@ WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Geometry(NamedTuple):
-    """What the formula of a reflectance reads about a vertex and a light: directions and cosines.
+    """Input of a reflectance's formula for a vertex and a light: directions and cosines.
 
     Numbers are floats in compiled code, and arrays (n,) in NumPy. Vectors are tuples of three floats in compiled code,
     and arrays (3, n) or (3, 1) in NumPy.

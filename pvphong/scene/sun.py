@@ -64,7 +64,7 @@ class Place:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest field."""
+        """Raise TypeError for an unknown field; the message suggests the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -231,7 +231,7 @@ def sun_position(times: Any, place: Place) -> SunPosition:
 
 
 class Irradiances(NamedTuple):
-    """Irradiances of n times, in W/m²."""
+    """Irradiances at n times, in W/m²."""
 
     direct_normal: Float64Array
     """Irradiance by the sun on a surface that faces it, shape (n,)."""
@@ -254,7 +254,7 @@ def clear_sky(index: Any, place: Place) -> Irradiances:
 
 
 def extraterrestrial(index: Any) -> Float64Array:
-    """Return the sun's irradiance above the atmosphere in W/m², shape (n,), which varies with the distance of the sun.
+    """Return the sun's irradiance above the atmosphere in W/m², shape (n,). It varies with the distance of the sun.
 
     `index` has the n times, as from `moments`.
     """

@@ -70,7 +70,7 @@ class Viewer:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest field."""
+        """Raise TypeError for an unknown field; the message suggests the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 

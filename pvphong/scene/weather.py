@@ -70,7 +70,7 @@ def _checked(columns: list[Any], index: Any) -> Irradiances:
         values = np.array(check.real_array(f"weather: {name}", values, "an array of real numbers"), np.float64)
         if values.shape != (len(index),):
             got, remedy = f"an array of shape {values.shape}", "Pass one value in W/m² for each time."
-            check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), as the times", remedy)
+            check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), like the times", remedy)
         found.append(_without_gaps(name, values, index))
     return Irradiances(*found)
 
@@ -114,7 +114,7 @@ def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
     distance = _distance(file.place, (place.latitude, place.longitude))
     if distance > _FAR:
         warnings.warn(
-            f"{path.name} is the weather of {file.city}, {distance:.0f} km from the place, {place.latitude:g}, "
+            f"{path.name} is the weather of {file.city}, {distance:.0f} km from the place at {place.latitude:g}, "
             f"{place.longitude:g}.",
             UserWarning,
             stacklevel=2,

@@ -40,7 +40,7 @@ _LONGEST = 1e18
 """Largest length of a vector whose square fits in float32."""
 
 _FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
-"""Error, in roundings, if the square of a component is below float32's least normal number: drivers flush it to 0."""
+"""Error in units of 2⁻²⁴ if the square of a component is below float32's least normal number, so that drivers use 0."""
 
 _GAMMA = 2.2
 """Gamma of physically based shading, which raises the sum of all light to the power 1/2.2."""
@@ -229,7 +229,7 @@ def _phong_share(
     brightness : ndarray
         Arriving light times the sum of the material's diffuse and specular reflectances, shape (n,).
     error : ndarray
-        Error of the reflected colour in roundings, shape (n,).
+        Error of the reflected colour in units of 2⁻²⁴, shape (n,).
     is_open : dict of str to ndarray
         Reason → mask, shape (n,), of the vertices whose colour may jump by more than `doubt` for this reason.
     """
@@ -323,7 +323,7 @@ def _physical_share(
     Returns
     -------
     light, error : ndarray
-        Shape (n, 3): the fraction, and its relative error in roundings.
+        Shape (n, 3): the fraction, and its relative error in units of 2⁻²⁴.
     """
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
@@ -353,10 +353,10 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error, in roundings, of a cosine that VTK's shader limits to at least `_FLOOR`.
+    """Return the relative error, in units of 2⁻²⁴, of a cosine that VTK's shader limits to at least `_FLOOR`.
 
-    `turn` is the sum of the angles by which float32 rotates the cosine's two vectors, in roundings. The error is 0 if
-    the cosine is so far below the floor that rounding cannot lift it above the floor.
+    `turn` is the sum of the angles by which float32 rotates the cosine's two vectors, in units of 2⁻²⁴. The error is 0
+    if the cosine is so far below the floor that rounding cannot lift it above the floor.
     """
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
@@ -367,7 +367,7 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """Return the error of a vector's direction, an angle in roundings, after the vector was normalized in float32.
+    """Return the error of a vector's direction, an angle in units of 2⁻²⁴, after the vector was normalized in float32.
 
     `length` is the vector's length before the normalization, shape (n,). The error is NaN if the squared length
     overflows float32.

@@ -318,7 +318,10 @@ BROKEN = [
     ),
     ({"candela": [[3, 2, 1]]}, "the file is cut short: it ends after 3 of 6 numbers of the candela values"),
     ({"tilt": "TILT=none.tlt"}, "the tilt file none.tlt next to it cannot be read"),
-    ({"tilt": "TILT=INCLUDE\n1\n2\n90 0\n1 1"}, "tilt must be ascending angles, and as many factors >= 0"),
+    (
+        {"tilt": "TILT=INCLUDE\n1\n2\n90 0\n1 1"},
+        "tilt must be ascending angles, followed by the same number of factors >= 0",
+    ),
     (
         {"tilt": "TILT=INCLUDE\n5\n2\n0 90\n1 1"},
         "the lamp-to-luminaire geometry of the tilt must be a whole number from 1",

@@ -144,9 +144,10 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     """Integrate 1/area · max(n·u, 0) du over the part of a polygon light above the horizon: its irradiance.
 
     The arguments are those of `Integral.formula`. The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a
-    side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. For any m, the sum of the Γ is twice the
-    vector area, α e. So a common value F, close to every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference
-    is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by differences of squares.
+    side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. Wherever the vertex is, the sum of the Γ
+    is twice the polygon's vector area, a vector α e along the normal e. So a common value F, close to every f, is
+    subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by
+    differences of squares.
     """
     m, scale = scaled(d, own[SIZE])
     size, root = own[SIZE] * scale, own[ROOT] * scale

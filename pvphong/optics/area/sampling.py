@@ -174,8 +174,8 @@ def patch_frame(numbers: Any, _p: Any, n: Any) -> Any:
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a direction in which a sphere light is seen, by u and v; return direction, distance and weight.
 
-    The ray enters the sphere at the distance. `frame` is from `sphere_frame`. The reach, the unit of distances, is the
-    distance to the centre; for a vertex inside the sphere, it is the radius.
+    The ray enters the sphere at the distance. `frame` has the vertex's values from `sphere_frame`. The reach, the unit
+    of distances, is the distance to the centre; for a vertex inside the sphere, it is the radius.
     """
     less, side, to_middle = frame[12], frame[13], frame[14]
     x, y = on_disk(u, v)
@@ -193,8 +193,9 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance at which a ray in the direction d enters a sphere light, and the density of this direction.
 
-    `frame` is from `sphere_frame`. The density is that with which `sphere_sample` chooses the direction. It is 0 where
-    the ray misses the sphere, and inside the sphere, because the sphere emits only to the outside.
+    `frame` has the vertex's values from `sphere_frame`. The density is that with which `sphere_sample` chooses the
+    direction. It is 0 where the ray misses the sphere, and inside the sphere, because the sphere emits only to the
+    outside.
     """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
@@ -328,7 +329,7 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
     """Map u and v to a point of a rectangle; return its offsets from the middle along both sides, and the density.
 
-    `frame` is from `flat_frame`.
+    `frame` has the vertex's values from `flat_frame`.
     """
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
@@ -340,8 +341,8 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
     """Return the result of `sample` for a point of a flat light: direction, distance and weight.
 
-    `frame` is from `flat_frame`; x and y are the point's offsets from the middle along the light's sides, and
-    `over_density` is 1 divided by the density of points.
+    `frame` has the vertex's values from `flat_frame`; x and y are the point's offsets from the middle along the light's
+    sides, and `over_density` is 1 divided by the density of points.
     """
     c = combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
@@ -355,7 +356,7 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a point of a rectangle light by u and v; return its direction, distance and weight.
 
-    `frame` is from `flat_frame`.
+    `frame` has the vertex's values from `flat_frame`.
     """
     x, y, density = _on_rectangle(frame, u, v)
     return _from_flat(frame, x, y, ONE / density)
@@ -365,8 +366,8 @@ def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a point of a disk light by u and v; return its direction, distance and weight.
 
-    `frame` is from `flat_frame`. For a vertex near the disk's plane, points of the square around the disk are chosen;
-    points outside the disk have weight 0.
+    `frame` has the vertex's values from `flat_frame`. For a vertex near the disk's plane, points of the square around
+    the disk are chosen; points outside the disk have weight 0.
     """
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
@@ -382,9 +383,9 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
     """Intersect a ray in the direction d with the plane of a flat light.
 
-    `numbers` has the light's numbers, and `frame` is from `flat_frame`. Return the two offsets from the light's middle
-    along its sides, the distance, and the factor that turns a density per area into a density per solid angle. The
-    factor is 0 where the ray misses the plane or the vertex is behind the light.
+    `numbers` has the light's numbers, and `frame` has the vertex's values from `flat_frame`. Return the two offsets
+    from the light's middle along its sides, the distance, and the factor that turns a density per area into a density
+    per solid angle. The factor is 0 where the ray misses the plane or the vertex is behind the light.
     """
     normal, c = (numbers[3], numbers[4], numbers[5]), frame[0:3]
     along = dot(normal, d)
@@ -417,7 +418,7 @@ def _warped_density(u: Any, v: Any, corners: Any) -> Any:
 def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
     """Return the density with which `_on_rectangle` chooses the offsets x and y, relative to uniform sampling.
 
-    `frame` is from `flat_frame`.
+    `frame` has the vertex's values from `flat_frame`.
     """
     u, first = _of_side(x, frame[17:22], frame[29])
     v, second = _of_side(y, frame[22:27], frame[29])
@@ -428,7 +429,8 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a rectangle light in the direction d, and the density of this direction.
 
     The density is that with which `rectangle_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` is from `flat_frame`. The distance is a fraction of the reach.
+    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
+    is the first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
@@ -440,7 +442,8 @@ def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a disk light in the direction d, and the density of this direction.
 
     The density is that with which `disk_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` is from `flat_frame`. The distance is a fraction of the reach.
+    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
+    is the first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
@@ -464,7 +467,7 @@ TRIANGLES = 14
 def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a point of a polygon light by u and v, uniformly by area; return its direction, distance and weight.
 
-    `numbers` has the polygon's numbers, with its triangles; `frame` is from `flat_frame`.
+    `numbers` has the polygon's numbers, with its triangles; `frame` has the vertex's values from `flat_frame`.
     """
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
@@ -481,7 +484,8 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a polygon light in the direction d, and the density of this direction.
 
     The density is that with which `polygon_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` is from `flat_frame`. The distance is a fraction of the reach.
+    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
+    is the first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x
@@ -528,15 +532,15 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
 def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a direction to a uniform sky by u and v; return direction, distance and weight.
 
-    The density is proportional to the cosine to the normal. `frame` is from `sky_frame`.
+    The density is proportional to the cosine to the normal. `frame` has the vertex's values from `sky_frame`.
     """
     return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Return 1, the distance to a sky in units of the reach, and the density with which `sky_sample` chooses d.
+    """Return the distance to a sky, always 1 reach, and the density with which `sky_sample` chooses d.
 
-    `frame` is from `sky_frame`, and d is a unit vector.
+    `frame` has the vertex's values from `sky_frame`, and d is a unit vector.
     """
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
@@ -592,8 +596,8 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
     """Choose a direction to a sky with an image by u and v; return direction, distance and weight.
 
     If u < ½, the direction is chosen by the image's energy, else by the cosine to the normal. `numbers` is from
-    `image_numbers`, `frame` from `sky_frame`. Weights use the mean density of both: the balance heuristic (E. Veach and
-    L. Guibas, "Optimally combining sampling techniques", 1995).
+    `image_numbers`, and `frame` has the vertex's values from `sky_frame`. Weights use the mean density of both: the
+    balance heuristic (E. Veach and L. Guibas, "Optimally combining sampling techniques", 1995).
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ends = _TABLES + rows + 1
@@ -626,9 +630,9 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Return 1, the distance to a sky in units of the reach, and the density with which `image_sample` chooses d.
+    """Return the distance to a sky, always 1 reach, and the density with which `image_sample` chooses d.
 
-    `numbers` is from `image_numbers`, `frame` from `sky_frame`, and d is a unit vector.
+    `numbers` is from `image_numbers`, `frame` has the vertex's values from `sky_frame`, and d is a unit vector.
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)

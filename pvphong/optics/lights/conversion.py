@@ -142,7 +142,10 @@ def _(light: PhotometricLight) -> SpotLight | PointLight:
 
 @nearest_in_vtk.register
 def _(light: EnvironmentLight) -> DirectionalLight:
-    """Return the directional light that replaces an environment: from the mean direction of the environment's light."""
+    """Return the directional light that replaces an environment.
+
+    It shines from the mean direction of the environment's light.
+    """
     return DirectionalLight(direction=light.nodes(1)[0].direction)
 
 

@@ -166,7 +166,7 @@ class DirectionalLight(Light):
         return min(max(several, _LEAST_NODES), NODES)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the round patch, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the patch, weighted by `form`, a power of a cosine."""
         formula = patch_irradiance if form.around == "normal" else patch_highlight
         return Integral(formula, (0.0, 0.0, 0.0), math.inf, (math.sin(self.angular_radius), *self._to_light))
 

@@ -175,7 +175,7 @@ class EnvironmentLight(Light):
 
     @cached_property
     def panorama(self) -> Panorama:
-        """The image; for one colour, it has a single texel."""
+        """The image as a `Panorama`. If `image` is one colour, the panorama has a single texel."""
         image = self.image
         return image if isinstance(image, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(image)))
 
@@ -205,10 +205,10 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return `count` parallel lights of about equal energy. Together they have the energy of the image.
+        """Return at most `count` parallel lights of about equal energy. Together they have the energy of the image.
 
-        Each light replaces a part of the image. The parts are found by halving: the part with the most energy is halved
-        until there are `count` parts (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
+        Each light replaces a part of the image. The part with the most energy is halved until there are `count` parts
+        (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
@@ -341,9 +341,9 @@ class SkyChannel(Light):
         return tuple(self.source.nodes(count))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the channel, weighted by the lobe `form`.
+        """Return the integral of the channel over all directions, weighted by `form`, a power of a cosine.
 
-        The result is the image blurred by the lobe, times the fraction of the lobe above the horizon.
+        The result is the image blurred by this power, times the fraction of the power above the horizon.
         """
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 

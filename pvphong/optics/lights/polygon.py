@@ -141,7 +141,7 @@ class PolygonLight(Flat, Light):
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the polygon, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the polygon, weighted by `form`, a power of a cosine."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 

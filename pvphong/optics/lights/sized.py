@@ -30,12 +30,12 @@ from pvphong.optics.roles import MESH_UNIT
 def over_polygon(
     form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
 ) -> Integral:
-    """Return the exact integral over the visible part of a polygon, weighted by a lobe.
+    """Return the exact integral over the visible part of a polygon, weighted by a power of a cosine.
 
     Parameters
     ----------
     form : CosinePower
-        The lobe that reflects the light.
+        The power of the cosine: the factor of a part of a surface's reflectance.
     center, normal : tuple of float
         Centre of the polygon, and unit normal of its front.
     two_sided : bool

@@ -67,7 +67,7 @@ class SphereLight(Light):
         return _nodes(self.places[0], self.radius, count)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the sphere, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the sphere, weighted by `form`, a power of a cosine."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
 

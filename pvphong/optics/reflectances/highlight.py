@@ -87,9 +87,10 @@ def _shininess_or_none(name: str, value: Any) -> Any:
 
 
 class Shiny(Reflectance):
-    """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
+    """Base class of reflectances with Lambert's diffuse cosine and a highlight that is a power of a cosine.
 
-    Each subclass has the field `shininess`, whose default, None, means the material's shininess.
+    The cosine is that of the angle from the highlight's peak. Each subclass has the field `shininess`, whose default,
+    None, means the material's shininess.
     """
 
     shininess: float | None
@@ -121,7 +122,7 @@ class Shiny(Reflectance):
     def directions(self, surface: Surface) -> Directions:
         """Return an importance sampling of the highlight at the vertices of `surface`.
 
-        The density is proportional to the power of the cosine around the highlight's peak.
+        Directions are chosen by the power of the cosine around the highlight's peak.
         """
         exponent = np.minimum(self.power(surface.maps).exponent, _SHARPEST)
         if self.peak.axis is not None:

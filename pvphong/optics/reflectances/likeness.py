@@ -71,9 +71,10 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
     """Return the description and the material in which Phong's reflection replaces microfacets.
 
-    The highlight keeps its height and its half width, for a light and a viewer above the surface. The peak is
-    g = 1/(4α²). The highlight is half of the peak where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if
-    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the coupled base, 23/28.
+    The new highlight has the same height and the same half width, for a light and a viewer above the surface. With α, θ
+    and g as in `microfacets`, the height is g = 1/(4α²), and g has half of this height where sin² θ = (√2 − 1)α². There
+    Phong's (cos 2θ)ⁿ is ½ if n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the base in the
+    formula `coupled`, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2

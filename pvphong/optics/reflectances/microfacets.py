@@ -91,7 +91,7 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
 
 @formula
 def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
+    """Return the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
 
     The base x(1 − tS) is Lambert's reflection of the light that facets transmit. `own` has the numbers that
     `Microfacets.parameters` returns, and `at` the directions at a vertex; `highlight` is not read.
@@ -110,7 +110,7 @@ def _seen(cosine: Any) -> Any:
 
 @formula
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
+    """Return the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
 
     The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵). It keeps the total reflectance at most 1: Ashikhmin and
     Shirley, An anisotropic Phong BRDF model, 2000, equation 5. `own` has the numbers that `Microfacets.parameters`
@@ -153,7 +153,7 @@ class Microfacets(Reflectance):
 
     @property
     def is_faded(self) -> bool:
-        """True for a `faded` base, False for a `coupled` one."""
+        """True if the diffuse base is that of the formula `faded`, False if it is that of `coupled`."""
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:
