@@ -61,7 +61,7 @@ class Index:
 class ArrayType(NamedTuple):
     """Name, type and size of an array in a lit file.
 
-    A .pvtp file declares the arrays that all its pieces have in this form.
+    A .pvtp file declares in this form the arrays that all its pieces have.
     """
 
     place: str

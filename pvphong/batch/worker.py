@@ -221,7 +221,7 @@ def border_in(piece: Piece) -> Border:
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Read a piece, and return its outline, by which pieces that may block each other's light are found."""
+    """Read a piece, and return its outline. Outlines serve to find pieces that may block each other's light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 

@@ -143,7 +143,7 @@ class Lighting:
     def materials(self) -> dict[str, Material]:
         """Return the materials as block → material: the material of --material, or else the materials of the rig.
 
-        In these, the other options, such as --diffuse, replace fields.
+        Other options, such as --diffuse, then replace fields of these materials.
         """
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
@@ -277,7 +277,7 @@ def parsed(text: str) -> ColorLike:
 def busy(what: str) -> Iterator[None]:
     """Within the block, show on standard error that the command is busy with `what`.
 
-    A spinner is shown; if long work reports progress, a progress bar. Nothing is shown if standard error is not a
+    It shows a spinner, or a progress bar if long work reports its progress. Nothing is shown if standard error is not a
     terminal.
     """
     console, begun = Console(stderr=True), time.perf_counter()

@@ -165,8 +165,8 @@ class NamedColor(tuple[float, float, float]):
 def color_or_map(name: str, value: Any) -> Any:
     """Check the value of the field `name`, a colour or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`. A colour that is given by its name becomes a `NamedColor`. Any other colour is
-    returned as by `check.color`.
+    A map has the form that `map_in` returns. A colour that is given by its name becomes a `NamedColor`. Any other
+    colour has the form that `check.color` returns.
     """
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
@@ -177,7 +177,7 @@ def color_or_map(name: str, value: Any) -> Any:
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
     """Check the value of the field `name`, a number or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`. A number must be within `bounds`, the keyword arguments of `check.number`.
+    A map has the form that `map_in` returns. A number must be within `bounds`, the keyword arguments of `check.number`.
     """
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
@@ -186,8 +186,8 @@ def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
 def refuse_unnamed(name: str, value: Any) -> None:
     """Raise ValueError if the value of the field `name` cannot be saved in a file.
 
-    Refused are arrays and textures, also as the scalars of a colormap. Numbers, colours, the names of arrays, the paths
-    of image files, and colormaps of named arrays can be saved.
+    Arrays and textures cannot be saved, also as the scalars of a colormap. Numbers, colours, the names of arrays, the
+    paths of image files, and colormaps of named arrays can.
     """
     if isinstance(value, Colormap):
         value.to_dict(name)

@@ -135,7 +135,7 @@ class Photometry:
 
     @property
     def tilt_factors(self) -> tuple[Float64Array, Float64Array]:
-        """Angles of the tilt in degrees, and the factors there."""
+        """Tilt angles in degrees, and the factor of the intensities at each of them: two arrays."""
         numbers = _numbers(self.tilt)
         return numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
 
@@ -258,7 +258,7 @@ def _even(axes: tuple[str, str, str], theta: Float64Array, phi: Float64Array, ro
     Returns
     -------
     Grid
-        Grid with steps by `_step_of`, so that measured angles are usually on it.
+        Its steps are from `_step_of`: all measured angles are on the grid, unless the steps would be too small.
     """
     steps = tuple(map(_step_of, (theta, phi), _LEAST_STEPS))
     counts = [round((angles[-1] - angles[0]) / step) + 1 for angles, step in zip((theta, phi), steps, strict=True)]

@@ -61,7 +61,7 @@ class Role:
     def of_viewer(self, value: Any, viewer: Any) -> Any:
         """Convert `value`, the value of a headlight's field, to the world frame.
 
-        By default, `value` is in the eye space of `viewer`.
+        This default is for values in the eye space of `viewer`. Roles with other values override it.
         """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
@@ -107,7 +107,7 @@ class Aim(Direction):
 
 
 class Corners(Role):
-    """Role of a field that holds the corners of a light, in order around it."""
+    """Role of a field that holds the corners of a light, in order around the light."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")

@@ -225,8 +225,8 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
     """Return a new camera with the position and direction of a viewer or camera; the renderer may modify it.
 
-    If `up` is parallel to the view axis, a coordinate axis replaces it, or, if `follows_viewer`, ValueError is raised.
-    `follows_viewer` must be True if a light depends on `up`.
+    If `up` is parallel to the view axis, the result depends on `follows_viewer`. If True, ValueError is raised; pass
+    True if a light depends on `up`. If False, a coordinate axis replaces `up`.
     """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):

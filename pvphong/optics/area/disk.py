@@ -115,8 +115,8 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate 1/(π r²) · max(n·ω, 0) dω over the part of a disk light above the horizon.
 
     The arguments are those of `Integral.formula`; `own` has the disk's numbers. A whole disk gives (z T + 2 H c) / ((K
-    + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product of the least and the greatest distance
-    to the rim. T = S − (|m|² − r²) is computed without cancellation.
+    + S) S), with m the vector to the centre, e the axis, H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product
+    of the least and the greatest distance to the rim. T = S − (|m|² − r²) is computed without cancellation.
     """
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
@@ -186,10 +186,10 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere light of radius r (Snyder 1996).
 
     The arguments are those of `Integral.formula`; `own` has the radius. Let s and C be the sine and cosine of the
-    sphere's angular radius, d the distance to its centre, and c the cosine of the angle between n and the direction to
-    the centre. If the sphere is entirely above the horizon, the result is c/d². If the horizon cuts it, the result is
-    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with W = √(s² − c²) and T = W/C. The result is computed without
-    cancellation, however small the sphere is.
+    sphere's angular radius, |d| the distance to its centre, and c the cosine of the angle between n and the direction
+    to the centre. If the sphere is entirely above the horizon, the result is c/|d|². If the horizon cuts it, the result
+    is (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π |d|²), with W = √(s² − c²) and T = W/C. The result is computed
+    without cancellation, however small the sphere is.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance

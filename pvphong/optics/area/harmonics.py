@@ -53,7 +53,7 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 
 @cache
 def _first(m: int) -> float:
-    """Return the polynomial Q of the order m in its first band, l = m, where Q is constant.
+    """Return the polynomial Q of the order m in its first band, l = m, in which it is constant.
 
     The result includes the factor √2 that cosines and sines have for m > 0.
     """

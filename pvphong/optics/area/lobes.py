@@ -41,9 +41,9 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """Factor max(a·l, 0)ᵏ of a lobe, where l is the direction to a light; integrated over area lights.
+    """Factor max(a·l, 0)ᵏ of light from the direction l, by which a part of a reflectance (a lobe) reflects it.
 
-    The factor is 0 where n·l <= 0, with n the normal.
+    Formulas integrate this factor over area lights. It is 0 where n·l <= 0, with n the normal.
     """
 
     around: Literal["normal", "mirror"]
@@ -171,6 +171,8 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
     """Compute twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over an arc of a great circle, by quadrature.
 
+    z is the cosine with the lobe's axis w.
+
     Parameters
     ----------
     lobe : sequence of float
@@ -192,7 +194,7 @@ def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: An
 
 @formula
 def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
-    """Integrate dφ, the angle around w, along an arc of a great circle with the pole m.
+    """Integrate dφ along an arc of a great circle with the pole m; φ is the angle around the lobe's axis w.
 
     Parameters
     ----------
@@ -209,8 +211,8 @@ def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along the great-circle arc from the direction of x to that of y, by `great_arc`.
 
-    `lobe` is from `lobe_numbers`, w the lobe's axis, and `side` the vector y − x. `side` is an argument, because digits
-    would cancel in the difference of x and y.
+    z is the cosine with the lobe's axis w, and φ the angle around w. `lobe` is from `lobe_numbers`. `side` is the
+    vector y − x; it is an argument, because digits would cancel in the difference of x and y.
     """
     across = cross(x, side)
     length = sqrt(dot(across, across))
@@ -257,9 +259,9 @@ def is_whole(n: Any, m: Any, size: Any) -> Any:
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """Integrate max(w·u, 0)ᵏ du over a small flat area at the offset x, and divide the result by the area.
+    """Integrate max(w·u, 0)ᵏ du over the directions u to a small flat area at the offset x; divide by the area.
 
-    `lobe` is from `lobe_numbers`, e is the normal of the area, and w the lobe's axis.
+    `lobe` is from `lobe_numbers` and has the exponent k. e is the normal of the area, and w the lobe's axis.
     """
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))

@@ -61,8 +61,8 @@ class Patches:
     def moments(self) -> Float64Array:
         """Integrals ∫ u du of the unit vectors u over the patches, shape (k, 3).
 
-        A patch of radiance 1 gives the irradiance n · ∫ u du to a surface with the normal n, if it is above the
-        surface's tangent plane.
+        A patch of radiance 1 that is above a surface's tangent plane gives the irradiance n · ∫ u du to the surface,
+        with n its normal.
         """
         low, high, start, width = self.bounds.T
         first, last = np.arcsin(low), np.arcsin(high)
@@ -81,7 +81,7 @@ class Patches:
     def points(self, count: int) -> Float64Array:
         """Return unit vectors to points in each patch, evenly distributed by area, shape (k, count, 3).
 
-        The points of each patch are the first of a Sobol sequence with its own scrambling.
+        The points of a patch are the first points of a Sobol sequence. Each patch has a different scrambling.
         """
         low, high, start, width = (each[:, None] for each in self.bounds.T)
         numbers, seeds = np.arange(count, dtype=np.uint32), sobol.seeds(np.arange(len(self)))[..., None]

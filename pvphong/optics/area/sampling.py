@@ -231,7 +231,7 @@ def _slope(side: Any, foot: Any, height: Any) -> Any:
 
 @formula
 def _corner(c: Any, n: Any, height: Any) -> Any:
-    """Return a number proportional to the light that an element at a light's corner contributes, per sample density.
+    """Return the weight of a light's corner: the light from there divided by the density of samples, up to a factor.
 
     c is the offset from the vertex to the corner, and n the vertex's normal. `height` is 1 divided by the density of
     samples at the corner.
@@ -288,7 +288,7 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def _along(u: Any, a: Any, b: Any) -> Any:
-    """Map a uniform number u to a number x in [0, 1] with the density proportional to a + (b − a) x."""
+    """Map a uniform number u to a number x in [0, 1]. The density of x is proportional to a + (b − a) x."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
 
@@ -520,8 +520,8 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
     """Map u and v to a unit vector with a density proportional to the cosine to the normal.
 
-    The vector is above a uniformly distributed point of the unit disk (Nusselt's analogue). `frame` is from
-    `sky_frame`.
+    The vector is above a uniformly distributed point of the unit disk (Nusselt's analogue). `frame` has the vertex's
+    values from `sky_frame`.
     """
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))

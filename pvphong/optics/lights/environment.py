@@ -216,7 +216,7 @@ class EnvironmentLight(Light):
         """Return the number of parallel lights that a reflectance of this sharpness needs.
 
         The number is a power of two, at most `_MOST_NODES`. It is large enough that several of the lights lie within a
-        lobe.
+        highlight.
         """
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
@@ -255,9 +255,9 @@ class EnvironmentLight(Light):
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
         """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        `form` is the lobe that reflects the light. If `bands` is less than the number of bands of the image's
-        expansion, the result is the sum of the bounds for the omitted bands. Else it is a bound that follows from the
-        image's energy outside the expansion.
+        `form` is the factor by which light is reflected, a power of a cosine. If `bands` is less than the number of
+        bands of the image's expansion, the result is the sum of the bounds for the omitted bands. Else it is a bound
+        that follows from the image's energy outside the expansion.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -343,14 +343,15 @@ class SkyChannel(Light):
     def analytic_integral(self, form: CosinePower) -> Integral:
         """Return the integral of the channel over all directions, weighted by `form`, a power of a cosine.
 
-        The result is the image blurred by this power, times the fraction of the power above the horizon.
+        The result is the image blurred by this power, times the fraction of the power's integral that is above the
+        horizon.
         """
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
 
 @lru_cache(maxsize=32)
 def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
-    """Return the numbers that the formula `sky` reads: the channel's spherical harmonics, convolved with a lobe.
+    """Return the numbers that the formula `sky` reads: the channel's spherical harmonics, convolved with `form`.
 
     Trailing bands that are negligible are dropped.
     """

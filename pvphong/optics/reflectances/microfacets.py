@@ -59,7 +59,7 @@ COUPLED = 28.0 / 23.0
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """Return the cosines x = n·l and y = n·v, both at least own[5]; but x is 0 where n or l is zero.
+    """Return the cosines x = n·l and y = n·v, but at least the least cosine, own[5]. x is 0 where n or l is zero.
 
     `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex.
     """
