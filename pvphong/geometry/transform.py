@@ -74,6 +74,11 @@ class SingularMatrixWarning(UserWarning):
     """Warning about a model matrix that flattens space onto a plane.
 
     The transformed normals are then the limit for matrices that flatten space more and more.
+
+    Examples
+    --------
+    >>> import warnings, pvphong as ph
+    >>> warnings.simplefilter("ignore", ph.SingularMatrixWarning)  # flat on purpose
     """
 
 
