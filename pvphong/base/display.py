@@ -130,8 +130,8 @@ class Display:
 def _filmic(exposed: FloatArray) -> FloatArray:
     """Apply the filmic curve to colours after exposure.
 
-    With s = `_SHOULDER`, the curve is x up to s, and s + (1 − s) (1 − exp(−(x − s) / (1 − s))) above. Its slope is
-    continuous at s.
+    With s = `_SHOULDER` and x a channel of a colour, the curve is x up to s, and s + (1 − s) (1 − exp(−(x − s) / (1 −
+    s))) above. Its slope is continuous at s.
     """
     rest = np.float32(1.0 - _SHOULDER)
     beyond = np.maximum(exposed - np.float32(_SHOULDER), np.float32(0.0))

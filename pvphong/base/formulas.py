@@ -47,7 +47,7 @@ LEAST_SQUARE = np.float32(FAINTEST)
 
 
 def formula(function: Function) -> Function:
-    """Mark a function as a formula, so that compiled code can call the function too, and return the function."""
+    """Mark a function as a formula, which compiled code can call too; return the function unchanged."""
     FORMULAS.append(function)
     return function
 

@@ -85,9 +85,10 @@ class FaceBlock:
         """Return vectors along the faces' normals, as long as twice the areas, shape (3, m); zero for degenerate faces.
 
         The vectors are in units of 2**(2 * exponents). Each is the sum of spoke × edge over the fan of triangles around
-        corner 0. Newell's sum over the points (M. E. Newell, in Sutherland et al. 1974) loses digits far from the
-        origin; this sum uses differences of points. The last triangle of the fan uses the edge back to corner 0. So for
-        a triangular face, the vector is the cross product of the two edges at corner 0.
+        corner 0, where a spoke is a vector from corner 0 to another corner. Newell's sum over the points (M. E. Newell,
+        in Sutherland et al. 1974) loses digits far from the origin; this sum uses differences of points. The last
+        triangle of the fan uses the edge back to corner 0. So for a triangular face, the vector is the cross product of
+        the two edges at corner 0.
         """
         count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
