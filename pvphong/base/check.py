@@ -292,8 +292,9 @@ def fields(instance: Any) -> None:
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` if a name in `given` is no field of the dataclass `kind`; the message suggests the nearest
-    field.
+    """Raise ``TypeError`` if a name in `given` is not a field of the dataclass `kind`.
+
+    The message suggests the nearest field.
     """
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:

@@ -1,8 +1,9 @@
 """Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
 The bounding boxes of all pieces are known. A piece's normals depend on the pieces whose boxes touch its own. Its rays
-to a light depend on the pieces whose boxes meet a convex hull: that of its own box and the light or, for a directional
-light, of its own box swept towards the light. Of these pieces, only the triangles that may meet the hull are kept.
+to a light depend on the pieces whose boxes meet a convex hull. For a directional light, this is the hull of the piece's
+own box swept towards the light; for another light, it is the hull of the own box and the light. Of these pieces, only
+the triangles that may meet the hull are kept.
 
 Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other. So a
 piece has, to the bit, the same visibility as in a single mesh of all pieces in which points along borders are not

@@ -20,7 +20,7 @@ from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import DEFAULT
 
 Seams = Literal["merge", "keep"]
-""""merge" gives points of several pieces with equal coordinates one normal, from all faces around them."""
+""""merge": points of several pieces with equal coordinates get one normal. "keep": each piece has its own normals."""
 
 _PATHS = "a pattern, a path, or a sequence of them"
 _INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
@@ -129,7 +129,7 @@ def is_pattern(path: str) -> bool:
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """Return the pieces of which the given files consist, and the index files among them.
+    """Return the pieces in the given files, and the index files among them.
 
     The lit file of a mesh is `out`/name.vtp. The lit files of an index file are in a folder named after it. In the
     result, an index file follows the index files that it names.

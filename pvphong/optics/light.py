@@ -6,7 +6,7 @@ kind's name in scene files. That package's docstring lists the steps that make i
 A kind of light declares its fields with roles (`roles.py`), and must define one of:
 
 - `placement`: its position and falloff;
-- `nodes`: the lights without a size of which it is the sum;
+- `nodes`: lights without a size, whose sum replaces it;
 - `arrival`: the light that arrives at a vertex. Usually only the readable evaluator calls it; see `Light.placement`.
 
 All other methods have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements of lights, and

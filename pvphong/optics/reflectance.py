@@ -76,7 +76,7 @@ class Peak(NamedTuple):
     """
 
     square: Callable[[Geometry], Any]
-    """Formula of |C|²."""
+    """Formula of the squared chord |C|² for a `Geometry`."""
     chord: Callable[[Any, Any, Any], Any]
     """Function of arrays (3, k) or (3, 1) of unit vectors n, l and v that returns vectors with the length of C."""
     most: Callable[[AngleBounds], float]

@@ -142,9 +142,9 @@ class _Surface(NamedTuple):
     """Unit vectors v, shape (n, 3)."""
     place_error: Float64Array
     normal_angle: Float64Array
-    """Angle by which float32 rotates n."""
+    """Angle by which float32 rotates n, in units of 2⁻²⁴."""
     eye_angle: Float64Array
-    """Angle by which float32 rotates v."""
+    """Angle by which float32 rotates v, in units of 2⁻²⁴."""
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:
@@ -170,9 +170,9 @@ class _Arrival(NamedTuple):
     strength: Float64Array
     """Attenuation times spot factor. The spot factor is not cut off at the cone."""
     angle: Any
-    """Angle by which float32 rotates l."""
+    """Angle by which float32 rotates l, in units of 2⁻²⁴."""
     error: Any
-    """Relative error of the strength."""
+    """Relative error of the strength, in units of 2⁻²⁴."""
     lit: BoolArray
     """True inside the cone."""
     edge: BoolArray

@@ -41,7 +41,7 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """Factor max(a·l, 0)ᵏ of light from the direction l, by which a part of a reflectance (a lobe) reflects it.
+    """Factor max(a·l, 0)ᵏ by which a part of a reflectance, called a lobe, multiplies light from the direction l.
 
     Formulas integrate this factor over area lights. It is 0 where n·l <= 0, with n the normal.
     """

@@ -52,7 +52,7 @@ class Sampling(NamedTuple):
     """Importance sampling of an area light of intensity 1: its three formulas, which the module docstring describes."""
 
     frame: Callable[..., Any]
-    """Formula with the arguments `numbers`, p and n."""
+    """Formula with three arguments: `numbers`, the origin p of the rays, and the unit normal n there."""
 
     sample: Callable[..., Any]
     """Formula with four arguments: `numbers`, a tuple of the results of `frame` from the third on, u, and v."""
@@ -193,9 +193,9 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance at which a ray in the direction d enters a sphere light, and the density of this direction.
 
-    `frame` has the vertex's values from `sphere_frame`. The density is that with which `sphere_sample` chooses the
-    direction. It is 0 where the ray misses the sphere, and inside the sphere, because the sphere emits only to the
-    outside.
+    `sphere_sample` chooses d with this density. The density is 0 where the ray misses the sphere, and inside the
+    sphere, because the sphere emits only to the outside. `frame` has the vertex's values from `sphere_frame`. The
+    distance is in units of the reach, which is the first result of `sphere_frame`.
     """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
@@ -428,9 +428,9 @@ def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
 def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a rectangle light in the direction d, and the density of this direction.
 
-    The density is that with which `rectangle_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
-    is the first result of `flat_frame`.
+    `rectangle_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the
+    light's numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is
+    the first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
@@ -441,9 +441,9 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a disk light in the direction d, and the density of this direction.
 
-    The density is that with which `disk_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
-    is the first result of `flat_frame`.
+    `disk_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the light's
+    numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is the
+    first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
@@ -483,9 +483,9 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
     """Return the distance to a polygon light in the direction d, and the density of this direction.
 
-    The density is that with which `polygon_sample` chooses d; it is 0 where a ray misses the light. `numbers` has the
-    light's numbers, and `frame` has the vertex's values from `flat_frame`. The distance is in units of the reach, which
-    is the first result of `flat_frame`.
+    `polygon_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the
+    light's numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is
+    the first result of `flat_frame`.
     """
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x

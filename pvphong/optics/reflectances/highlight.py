@@ -60,7 +60,7 @@ def part_of_light(name: str, value: Any) -> Color:
 
 @formula
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Return two factors: that of the diffuse lobe, max(n·l, 0), and that of the highlight.
+    """Return the factor of the diffuse lobe, max(n·l, 0), and the factor of the highlight.
 
     The highlight's factor is the argument `highlight`, the power of the cosine around the peak, where n·l > 0; else it
     is 0. `at` has the directions at a vertex. `own`, the parameters of the reflectance, is not read.
