@@ -58,7 +58,7 @@ def _apart(exponent: int) -> int:
 
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
-"""Differences of the numbers of points that are close together; entry m belongs to the first 2ᵐ points.
+"""Differences, by xor, between the numbers of points that are close together. Entry m is for the first 2ᵐ points.
 
 If the unit square is divided into 2ᵐ⁻¹ equal cells, squares or halves of squares, the points k and (k xor entry m) lie
 in the same cell.

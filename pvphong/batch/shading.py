@@ -246,7 +246,7 @@ class _Run:
     def span(self) -> None:
         """Give a range to each colormap that has none.
 
-        The range is that of the colormap's array over all pieces.
+        The range is from the least to the greatest number of the colormap's array in all pieces.
         """
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:

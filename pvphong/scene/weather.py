@@ -106,8 +106,8 @@ def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
     """Return the irradiances in an EPW file at the times of `index`.
 
     The file has one year with a row for each hour. A time gets the irradiances of the row with the same month, day and
-    hour; the time's own year is ignored. If the file has no 29th of February, the 28th is used. If the file's place is
-    far from `place`, a warning is given.
+    hour, in the file's time zone; the time's own year is ignored. If the file has no 29th of February, the 28th is
+    used. If the file's place is far from `place`, a warning is given.
     """
     pandas, file = importlib.import_module("pandas"), _read(path)
     hours, offset = file.hours, file.offset

@@ -187,11 +187,10 @@ def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
 
 
 def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
-    """Return a pair that ranks a corner as a candidate for clipping. The corner with the greatest pair is clipped
-    first.
+    """Return a pair that ranks a corner as a candidate for clipping.
 
-    The first entry is True if the corner can be clipped as an ear. The second is twice the signed area of the triangle
-    of the corner and its two neighbours.
+    The corner with the greatest pair is clipped first. The first entry is True if the corner can be clipped as an ear.
+    The second is twice the signed area of the triangle of the corner and its two neighbours.
 
     Parameters
     ----------
