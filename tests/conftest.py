@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import pyvista as pv
+from browsers import new_browser
 
 from pvphong.shading import kernel
 
@@ -71,3 +72,22 @@ def new_plotter() -> Iterator[Callable[..., pv.Plotter]]:
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One browser for all files, because its start takes seconds."""
+    browser = new_browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture(scope="module")
+def driver(browser: Any) -> Iterator[Any]:
+    """The browser, without what the file before has left."""
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    browser.get("about:blank")
+    browser.get_log("browser")
+    yield browser
+    browser.get("about:blank")
+    assert len(browser.window_handles) == 1

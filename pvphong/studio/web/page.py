@@ -141,8 +141,10 @@ window.studioJump = (id) => {
   setTimeout(stop, 2000);
 };
 """
-"""Scrolls to a panel, and again whenever the panels grow, until the user's next action: on a busy machine, a folded panel
-unfolds slowly."""
+"""Scrolls to a panel, and again whenever the panels grow, until the user's next action.
+
+On a busy machine, a folded panel unfolds slowly.
+"""
 
 _TEXT = ':data-alt="view_text"'
 

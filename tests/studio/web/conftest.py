@@ -4,31 +4,12 @@ import time
 
 import pytest
 import pyvista as pv
-from browsers import new_browser
 from pages import Page, Served
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("studio")
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory):
-    """One browser for all files, because its start takes seconds."""
-    browser = new_browser(tmp_path_factory.mktemp("profile"))
-    yield browser
-    browser.quit()
-
-
-@pytest.fixture(scope="module")
-def driver(browser):
-    """The browser, without what the file before has left."""
-    browser.get("about:blank")
-    browser.get_log("browser")
-    yield browser
-    browser.get("about:blank")
-    assert len(browser.window_handles) == 1
 
 
 @pytest.fixture(scope="session")
