@@ -67,9 +67,9 @@ def fit(
 
     The error is the weighted sum of squared differences from the target, over points and channels; a point's weight is
     its area times the given weight. Intensities and colours are the solution of a bounded linear problem: if nothing
-    else varies, no other values have a smaller error, unless colours are clamped whose target is below 1. Directions,
-    positions, cones, sizes and exponents are searched from several starts, so a better solution may exist. The light
-    model counts: shadows, occlusion and bounces are computed, and colours are clamped.
+    else varies, no other values have a smaller error, except where clamping at 1 changes a colour whose target is below
+    1. Directions, positions, cones, sizes and exponents are searched from several starts, so a better solution may
+    exist. The light model counts: shadows, occlusion and bounces are computed, and colours are clamped.
 
     Parameters
     ----------
@@ -81,31 +81,31 @@ def fit(
         The surface's material, or the name of one.
     target : array_like, str or float
         Colours (n_points, 3) or luminances (n_points,) that the points should have, linear, 1 for white; or the name of
-        such a point array; or one luminance for all. NaN where anything will do. If the light model clamps, 1 or more
-        means "at least 1". `pvphong.target` makes one from selections.
+        such a point array; or one luminance for all. NaN where any colour is allowed. If the light model clamps, 1 or
+        more means "at least 1". `pvphong.target` makes one from selections.
     vary : mapping or str
         A light's name, or its index if it has none → the fields that vary, as in
         ``{"key": "intensity diffuse direction"}``; or the fields that vary in all lights that are on. The fields are
         "intensity", "diffuse", "specular", "ambient", and those of the kind of light: "direction", "position",
-        "cone_angle", "exponent", "radius", "width", "height", "up", "rotation". All other fields stay as they are, to
-        the bit. If intensity and colours vary, the colours keep their largest channel.
+        "cone_angle", "exponent", "radius", "width", "height", "up", "rotation". All other fields keep exactly their
+        values. If intensity and colours vary, the largest channel of the colours is kept.
     weights : array_like or str, optional
         Importance of each point, >= 0, shape (n_points,), or the name of a point array. By default, all points with a
-        target count the same.
+        target have the same weight.
     max_lights : int, optional
         Choose at most this number of the lights that vary, and only as many as the tolerance needs; all others are
-        switched off. Lights are chosen one by one, and exchanged as long as this helps. Only intensities and colours
-        can then vary.
+        switched off. Lights are chosen one by one, and chosen lights are exchanged for others while the error falls.
+        Only intensities and colours can then vary.
     tolerance : float, default 0
-        A root mean square of the differences that is good enough: no more starts are tried then, and `max_lights` adds
-        no more lights.
+        Root mean square of the differences that is small enough. When it is reached, no more starts are tried, and no
+        more lights are added towards `max_lights`.
     tries : int, default 12
-        Number of starts of the search. More find better solutions if many lights move.
+        Number of starts of the search. A larger number finds better solutions if many lights move.
     seed : int, default 0
         Seed of the starts and of the vertices that the search uses. With a named backend, equal calls give equal bits,
         for any number of threads.
     matrix, feature_angle, occluders, visibility, transport, backend
-        As for `mesh.phong.shade`. `visibility` needs lights that stay where they are.
+        As for `mesh.phong.shade`. With `visibility`, directions, positions and sizes cannot vary.
 
     Returns
     -------
@@ -203,7 +203,7 @@ def _whole_or_none(name: str, value: Any) -> int | None:
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a fit that do not concern the lighting; the fields are as for `fit`."""
+    """Options of a fit that do not concern the lighting. The fields are those parameters of `fit`."""
 
     weights: Any = None
     max_lights: int | None = check.field(_whole_or_none, None)
@@ -217,7 +217,11 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """One mesh, its surface, and the rows of the mesh's points that the surface has."""
+    """One mesh of a fit.
+
+    `path` is its path in the blocks ("" for a single mesh), and `source` its surface. `maps` and `tangents` are the
+    material's maps and the tangents at the surface's points. `rows` are the mesh's points that the surface has.
+    """
 
     path: str
     mesh: pv.DataSet
@@ -245,7 +249,7 @@ class _Part:
         return vertices_of(self.source, self.maps, self.tangents, plain, direct)
 
     def given(self, value: Any) -> Any:
-        """Return the entry of a mapping for this mesh; a value that is not a mapping is for all meshes."""
+        """Return `value`, or its entry for this mesh if it is a mapping from paths."""
         return value.get(self.path) if isinstance(value, Mapping) else value
 
 
@@ -259,7 +263,11 @@ def _fitted(
     light: Callable[[Scene], Any],
     begun: float,
 ) -> Fit:
-    """Fit lights to the targets of all parts; `begun` is the time at the start."""
+    """Fit lights to the targets of all meshes.
+
+    `setting` has the options of the lighting, and `light` lights the meshes with a scene. `begun` is the time at which
+    the fit began, in seconds.
+    """
     refuse_without_scipy()
     kernel.check_backend(setting.backend)
     if setting.matrix is not None:
@@ -310,7 +318,7 @@ def _fitted(
 
 
 def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Setting, options: Options) -> None:
-    """Raise ValueError if the fields that vary do not suit the target or the options."""
+    """Raise ValueError if the fields that vary do not go together with the target or the options."""
     moves = any(one.count for one in varied)
     if options.max_lights is not None and moves:
         remedy = "Fit their shapes without max_lights, and then choose."
@@ -334,7 +342,7 @@ def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Sett
 
 
 def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
-    """Raise ValueError if a light that varies reaches no point of the target."""
+    """Raise ValueError if one of the lights that vary gives no light to any point of the target."""
     lengths, first = np.diag(point.solution.normal.matrix), 0
     for one, share in zip(varied, point.shares, strict=True):
         last = first + len(one.unknowns)
