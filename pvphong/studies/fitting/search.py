@@ -7,11 +7,12 @@ of Levenberg and Marquardt. The search begins at several starts:
 
 1. A bank of candidates for each light: directions that cover the sphere, positions around the mesh.
 2. For each start, lights begin as given, dark, or at random candidates. Then they take turns: each light takes the
-   candidate that reduces the error of the other lights most, and all intensities are solved again. 3. Short descents
-   from all starts on a sample of the vertices, and long ones from the best. Where the target is nearly
+   candidate that reduces the error of the other lights most, and all intensities are solved again.
+3. Short descents from all starts on a sample of the vertices, and long ones from the best. Where the target is nearly
    met, they are repeated without the few points that have far larger errors than the rest.
 4. In the best result, each light in turn is exchanged for the candidate that reduces the error of the others most, and
-   a descent follows. 5. The last descent is on all vertices.
+   a descent follows.
+5. The last descent is on all vertices.
 """
 
 from __future__ import annotations
