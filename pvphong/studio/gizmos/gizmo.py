@@ -106,10 +106,7 @@ class Gizmo(Handle):
         return None if found is None else found.point
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
-        """Return the point of the lit meshes at which the light's highlight is seen in a view;
-
-        None without a highlight.
-        """
+        """Return the surface point at which the light's highlight is seen in a view; None without a highlight."""
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:

@@ -32,9 +32,8 @@ class SurfacePoint:
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Return the surface point at which the viewer sees a light's highlight, in world coordinates;
+    """Return the surface point at which the viewer sees a light's highlight; None if there is no highlight.
 
-    None if there is none.
     Only meshes whose material has a highlight count. A mesh that cannot be lit is drawn without points and has no
     highlight.
 
@@ -62,7 +61,7 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
 def brightest(
     light: Light, view: View, points: Float64Array, normals: Float64Array
 ) -> tuple[float, SurfacePoint] | None:
-    """Return the surface point whose mirror direction is nearest to the eye.
+    """Return the surface point from which the mirror direction of the light is nearest to the eye.
 
     Parameters
     ----------

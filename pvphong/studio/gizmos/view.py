@@ -103,9 +103,8 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Return position and direction of an arrow to a world point that is out of sight;
+        """Return place and direction of an arrow to a world point that is out of sight; None if it is visible.
 
-        None if the point is visible.
         The arrow is `margin` pixels inside the subplot's edge.
 
         Returns

@@ -19,7 +19,10 @@ from pvphong.studio.gizmos.view import vector
 
 
 def _turn(name: str, value: Any, **limits: Any) -> float:
-    """Return an angle within half a turn. Angles beyond it are the same direction."""
+    """Return an angle in degrees within half a turn, −180° to 180°. Angles outside this range are reduced to it.
+
+    `name` and `limits` are for the check of the result.
+    """
     number = check.number(name, value)
     return check.number(name, math.remainder(number, 360.0) if abs(number) > 180.0 else number, **limits)
 
@@ -30,17 +33,7 @@ def _distance(name: str, value: Any, **limits: Any) -> float | None:
 
 @dataclass(frozen=True)
 class Placing:
-    """Place of a light, as seen from its target.
-
-    Parameters
-    ----------
-    azimuth : float
-        Direction of the light, in degrees clockwise from +y as seen from above: 90 is at +x, -90 at -x.
-    elevation : float
-        Angle of the light above the horizontal plane of its target, in degrees.
-    distance : float, optional
-        Distance of the light from its target; None for a light without a position.
-    """
+    """Place of a light, relative to its target."""
 
     azimuth: float = check.field(partial(_turn, at_least=-180.0, at_most=180.0), 0.0, unit="°")
     elevation: float = check.field(partial(check.number, at_least=-90.0, at_most=90.0), 0.0, unit="°")
@@ -59,7 +52,7 @@ class Placing:
 
 
 def placing_of(shown: LightInScene) -> Placing | None:
-    """Return the place of a light in world coordinates; None for a headlight and for light from all around."""
+    """Return the place of a light relative to its target; None for a headlight and for light from all around."""
     if not is_movable(shown.light) or not (shown.light.places or shown.along is not None):
         return None
     offset = shown.origin - _target(shown)
@@ -74,13 +67,7 @@ def placing_of(shown: LightInScene) -> Placing | None:
 
 
 def placed(shown: LightInScene, placing: Placing) -> Light:
-    """Return a light in world coordinates at another place about its target. It still shines on the target.
-
-    Raises
-    ------
-    ValueError
-        If the light would be at its target.
-    """
+    """Return the light at another place relative to its target, in world coordinates. It still shines on the target."""
     light, target, offset = shown.light, _target(shown), placing.offset
     if not offset.any():
         check.refuse("distance", placing.distance, "> 0", "A light cannot be at its target.")

@@ -31,12 +31,12 @@ LIGHTS: Mapping[str, str] = {"rectangle": "softbox", "disk": "round softbox"}
 
 
 def label_of(name: str) -> str:
-    """Return the label of a field."""
+    """Return the page's label of the field `name`."""
     return LABELS.get(name, name.replace("_", " "))
 
 
 def in_words(entries: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the entries of a form with labels, units and choices in the page's words."""
+    """Return a form's entries with labels, units and choices in the page's words."""
     found = []
     for entry in entries:
         name = entry["name"]

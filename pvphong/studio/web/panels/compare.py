@@ -1,4 +1,4 @@
-"""The panel of the snapshots, and their comparison over the view: by a wipe, or by turns."""
+"""The panel of the snapshots, and their comparison in the view: with a movable border, or in turns."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _of(what: str) -> dict[str, object]:
 
 
 def over_view() -> None:
-    """Add the compared pictures over the view. The live view is visible where no picture is."""
+    """Add the pictures that are compared, over the view. The live view is visible where there is no picture."""
     with html.Div(v_if=_IS_ON, classes="studio-compare", **found_by("comparison")):
         html.Img(v_if=f"snapshots.urls[{_RIGHT}]", src=(f"snapshots.urls[{_RIGHT}]",), alt=(f"'Snapshot ' + {_RIGHT}",))
         html.Img(
