@@ -86,7 +86,7 @@ class Variation:
         return units
 
     def rest(self, light: Light) -> Light | None:
-        """Return the part of `light` that no unknown scales, such as colours that do not vary; None if there is none."""
+        """Return the part of `light` that no unknown scales, such as fixed colours; None if there is none."""
         if not self.linear:
             return light
         if not self.colors:

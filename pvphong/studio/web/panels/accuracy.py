@@ -13,7 +13,7 @@ from pvphong.studio.web.panels.panel import panel
 
 
 def advanced() -> None:
-    """Add a sentence on the picture's accuracy with a button that improves it, the table of the plan, and the inputs."""
+    """Add a sentence on the picture's accuracy with a button that improves it, the plan, and the inputs."""
     with panel("Advanced", "accuracy and plan", found="advanced"):
         html.Div("{{ exactness.text }}", classes="text-body-2", **found_by("exactness", status=True))
         v.VBtn(
