@@ -294,7 +294,7 @@ class Plan:
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """Sentences on the inputs that change the colours, and a warning if every vertex faces away from every light."""
+        """Sentences on the inputs that change the colours, and a warning if all vertices face away from all lights."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
