@@ -172,7 +172,8 @@ def irradiance_together(
         refuse_name(name, part.source)
     is_given = {"visibility": any(each is not None for each in visibility), "transport": transport is not None}
     for argument in [argument for argument, given in is_given.items() if given and per == "face"]:
-        check.refuse(argument, "one of vertices", "omitted for per='face'", "Its rays start inside faces.")
+        remedy = "With per='face', rays start inside faces, not at vertices."
+        check.refuse(argument, "a result for vertices", "omitted for per='face'", remedy)
     tolerance = check.number("tolerance", tolerance, at_least=0.0)
     model = LightModel(
         ambient=0.0,

@@ -384,7 +384,9 @@ class Transport:
         """Raise ValueError if this transport was made for other meshes than those with this checksum."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
-            check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)
+            check.refuse(
+                "transport", "a Transport for other or moved meshes", "computed for the meshes that are lit", remedy
+            )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Save the transport to a file in NumPy's format .npz; missing rays are cast first.

@@ -105,9 +105,9 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
     """
     most = float(scattered.max(initial=0.0))
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
-        got = f"one with a total reflectance of {most:.3g}"
+        got = f"a material with a total reflectance of {most:.3g}"
         remedy = "Reduce diffuse times albedo to at most 1."
-        check.refuse("material", got, "one with a total reflectance of at most 1, if light bounces", remedy)
+        check.refuse("material", got, "a material with a total reflectance of at most 1, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 

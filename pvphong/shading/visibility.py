@@ -188,7 +188,7 @@ class GivenVisibility(VisibilityLike):
         if self._parts.shape != (self._sides * rows, len(points)):
             remedy = (
                 "Give a row for each light, on or off, then a row for the sky, and a column for each vertex. For a "
-                "two-sided light model, as many rows may follow for the other sides."
+                "two-sided light model, the same number of rows may follow for the back sides."
             )
             allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)

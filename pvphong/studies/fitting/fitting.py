@@ -191,7 +191,7 @@ def fit_blocks(
         if isinstance(mapping, Mapping):
             for path in mapping:
                 if path not in paths:
-                    check.refuse(name, f"a mapping with {path!r}", f"one whose keys are paths of blocks: {paths}")
+                    check.refuse(name, f"a mapping with {path!r}", f"a mapping whose keys are paths of blocks: {paths}")
         elif mapping is not None and np.ndim(mapping):
             check.refuse(name, type(mapping).__name__, "a mapping from paths of blocks to arrays, or one number")
     return _fitted(parts, scene, target, vary, setting, wishes, light, begun)
@@ -276,7 +276,9 @@ def _fitted(
     for part, each in zip(parts, vertices, strict=True):
         if each.equation(scene, part.material, setting.matrix).gamma != 1.0:
             remedy = "Use LightModel(), or another reflectance."
-            check.refuse("material", "PBR in VTK's convention", "one without a gamma, for which light adds up", remedy)
+            check.refuse(
+                "material", "PBR in VTK's convention", "a material without a gamma, so that light adds up", remedy
+            )
     around = _around(vertices, setting.matrix)
     varied = variations(scene, vary, around)
     wanted = _wanted(parts, vertices, target, options.weights, setting.matrix, clamps=scene.light_model.clamp)
@@ -321,24 +323,28 @@ def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Sett
     """Raise ValueError if the fields that vary do not go together with the target or the options."""
     moves = any(one.count for one in varied)
     if options.max_lights is not None and moves:
-        remedy = "Fit their shapes without max_lights, and then choose."
-        check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
+        remedy = "Fit directions, positions and sizes first, without max_lights."
+        check.refuse("vary", "directions, positions or sizes", "intensities and colours if max_lights is given", remedy)
     for one in varied if options.max_lights is not None else ():
         if one.rest(one.light) is not None:
-            remedy = "Vary its intensity, or all of its colours, so that nothing is left of it if it is not chosen."
+            remedy = "A light that is not chosen must go out completely."
             check.refuse(
-                "vary", f"some colours of {one.label!r} with max_lights", "an intensity, or all colours", remedy
+                "vary",
+                f"only some colours of {one.label!r}",
+                "an intensity, or all colours, of each light if max_lights is given",
+                remedy,
             )
     if setting.visibility is not None and moves:
-        remedy = "Leave it out; the rays are then cast as the lights move."
-        check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
+        remedy = "Leave it out: rays are then cast for each move of a light."
+        check.refuse("visibility", "a Visibility", "None if directions, positions or sizes vary", remedy)
     if wanted.is_luminance and any(one.colors for one in varied):
-        remedy = "Vary intensities alone, or ask for colours."
+        remedy = "Vary only intensities, or pass colours as the target."
         check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
     count, asked = sum(len(one.unknowns) + one.count for one in varied), int((wanted.roots > 0.0).sum())
     if asked < count:
-        got = f"one with {asked} numbers"
-        check.refuse("target", got, f"one with at least {count} numbers, as many as vary", "Vary fewer fields.")
+        got = f"a target with {asked} numbers"
+        allowed = f"a target with at least {count} numbers, because {count} numbers of lights vary"
+        check.refuse("target", got, allowed, "Vary fewer fields.")
 
 
 def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
@@ -348,8 +354,9 @@ def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wante
         last = first + len(one.unknowns)
         # columns are 0 for a dark light, and where all colours are clamped
         if one.linear and not lengths[first:last].any() and not any(c[wanted.counts].any() for c in share.columns):
-            remedy = "Move it or turn it, vary its direction or position, or leave it out."
-            check.refuse("vary", f"{one.label!r}, which lights none of the target's points", "lights that do", remedy)
+            remedy = "Move or turn this light, vary its direction or position, or leave it out."
+            got = f"{one.label!r}, which lights none of these points"
+            check.refuse("vary", got, "lights that light points of the target", remedy)
         first = last
 
 
@@ -364,7 +371,7 @@ def _around(vertices: Sequence[Vertices], matrix: MatrixLike | None) -> Sphere:
     corners = np.concatenate([[each[::2], each[1::2]] for each in bounds])
     corners = corners[np.isfinite(corners).all(axis=1)]
     if not len(corners):
-        check.refuse("mesh", "one without finite points", "a mesh with points to light")
+        check.refuse("mesh", "a mesh without finite points", "a mesh with points to light")
     found = sphere_around(box_of(corners))
     return found if found.radius > 0.0 else found._replace(radius=1.0)
 

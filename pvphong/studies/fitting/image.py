@@ -94,15 +94,15 @@ def colors_from_image(
     receivers = [receiver_of(each, partial(point_normals, each), matrix, 0) for each in surfaces.values()]
     blocking = [each.faces for each in receivers if each.part is not None]
     if not blocking:
-        check.refuse("mesh", "one without faces", "a mesh with faces, which hide points behind them")
+        check.refuse("mesh", "a mesh without faces", "a mesh with faces, which hide the points behind them")
     occluding = Occluders([*blocking, *checked_occluders(occluders)])
     found = {
         path: _of_points(parts[path], surfaces[path], _read(each, occluding, viewer, pixels))
         for path, each in zip(surfaces, receivers, strict=True)
     }
     if all(np.isnan(colors).all() for colors in found.values()):
-        remedy = "Pass the camera with which the picture was made, and a picture of all that it sees."
-        check.refuse("camera", repr(viewer), "one whose picture shows points of the mesh", remedy)
+        remedy = "Pass the camera with which the picture was made, and the whole picture."
+        check.refuse("camera", repr(viewer), "a camera whose picture shows points of the mesh", remedy)
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
 
 

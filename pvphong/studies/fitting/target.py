@@ -74,7 +74,7 @@ def target(mesh: Any, levels: Mapping[Any, Any]) -> Any:
             remedy = check.meant(key, known) or f"The names are {', '.join(known) or 'none'}."
             check.refuse("levels", f"a key {key!r}", f"a mapping whose keys are {_SELECTIONS}", remedy)
         if not any(mask.any() for mask in masks.values()):
-            check.refuse(name, "a selection without points", "a level for at least one point", "Enlarge the selection.")
+            check.refuse(name, "a selection without points", "for at least one point", "Enlarge the selection.")
         for path, mask in masks.items():
             found[path][mask] = np.nan if color is None else color
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
@@ -175,7 +175,7 @@ def checked_target(given: Any, mesh: pv.DataSet) -> Float64Array:
     is_bad = np.isinf(values) | (values < 0.0)
     if is_bad.any():
         point = int(np.argmax(is_bad.any(axis=1)))
-        remedy = "Use NaN where any colour will do."
+        remedy = "Use NaN where any colour is allowed."
         check.refuse("target", f"{values[point].tolist()} at point {point}", "numbers >= 0 that are finite", remedy)
     return values
 
@@ -198,7 +198,7 @@ def checked_weights(given: Any, values: Float64Array, mesh: pv.DataSet) -> Float
         check.refuse("weights", f"an array of shape {rows.shape}", allowed)
     weights = rows.astype(np.float64)
     if not (np.isfinite(weights) & (weights >= 0.0)).all():
-        check.refuse("weights", "one with negative numbers, NaN or infinity", allowed)
+        check.refuse("weights", "an array with negative numbers, NaN or infinity", allowed)
     is_unknown = (weights > 0.0) & np.isnan(values).any(axis=1)
     if is_unknown.any():
         point = int(np.argmax(is_unknown))

@@ -345,7 +345,7 @@ def _variation(index: int, label: str, light: Light, words: list[str], around: S
     if found.colors and "intensity" in linear and found.rest(replace(light, intensity=1.0)) is not None:
         fixed = [color for color in _COLORS if color not in found.colors and any(rgb(getattr(light, color) or 0.0))]
         remedy = f"Vary its {' and '.join(fixed)} too, or not its intensity."
-        check.refuse(name, f"{' '.join(words)!r}", "fields that can be told apart", remedy)
+        check.refuse(name, f"{' '.join(words)!r}", "the intensity with all colours, or without colours", remedy)
     if found.colors and "intensity" not in linear and not light.intensity:
         check.refuse(name, f"{' '.join(words)!r} of a light of intensity 0", "a light that shines", "Vary intensity.")
     return found

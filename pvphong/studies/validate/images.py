@@ -141,7 +141,7 @@ def compare_images(
     terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
     if terms.viewer != scene.viewer:
         remedy = "Use local_viewer=True and parallel=False, or a material without specular."
-        got = "highlights for a viewer at infinity, which VTK draws only from a distant viewer"
+        got = "highlights seen by a viewer at infinity"
         check.refuse("scene", got, "a scene that VTK can draw from the viewer's position", remedy)
 
     colored = shade_mesh(source, scene, material, name=_ARRAY)
