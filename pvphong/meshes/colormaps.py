@@ -85,7 +85,7 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
     """Return one real number or bool for each row of `values`, shape (n,).
 
     For a row of several numbers, the result is the number in the column that the colormap selects. If the colormap
-    selects no column, it is the row's norm. Error messages begin with `label`.
+    selects no column, the result is the row's norm. Error messages begin with `label`.
     """
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
@@ -155,7 +155,7 @@ def unspanned(material: Material) -> dict[str, Colormap]:
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes. A mesh without a valid array is skipped."""
+    """Return the range of a colormap's array over several meshes. Meshes without a valid array are skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):

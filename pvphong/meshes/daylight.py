@@ -454,7 +454,7 @@ class Daylight:
         Parameters
         ----------
         name : {"total", "sun_hours", "direct", "diffuse", "reflected"}, default "total"
-            The result. Wh/m² are shown as kWh/m² if there are more than 10,000.
+            The result. If values exceed 10,000 Wh/m², they are shown in kWh/m².
         off_screen, window_size, screenshot, return_img
             As for `pyvista.Plotter` and its method `show`.
         **options

@@ -123,7 +123,7 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
 
 
 def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: MatrixLike | None = None) -> bool:
-    """Return True if every vertex faces away from every light, but most faces would be lit from behind.
+    """Return True if every vertex faces away from every light, but most faces would be lit if they were turned over.
 
     Some faces are tested first. Usually one of them faces a light, and the result is False.
 
@@ -180,9 +180,9 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """Return, for m triangles, three times their centres and twice their area vectors, shape (3, m) each.
+    """Return three times the centres of m triangles, and twice their area vectors, shape (3, m) each.
 
-    `corners` has the point indices of their corners, shape (3, m).
+    `corners` has the point indices of the triangles, shape (3, m).
     """
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)

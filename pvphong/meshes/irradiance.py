@@ -393,9 +393,9 @@ class _Direct(NamedTuple):
 
 
 def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occluders: Any) -> Occluders:
-    """Return the geometry that blocks light: the surfaces in order, and the occluders.
+    """Return the geometry that blocks light: first the surfaces in order, then the occluders.
 
-    A surface without faces has an empty part. If light bounces, the geometry of the transport is shared.
+    A surface without faces has an empty part. If light bounces, the geometry is that of the transport `together`.
     """
     known = None if together is None else together.parts[0].blocking
     if known is not None and all(has_faces(each.source) for each in surfaces):

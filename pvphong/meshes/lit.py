@@ -204,8 +204,7 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` if lit colours cannot have the name `name`, for example that of an array the lighting reads.
-    """
+    """Raise ``ValueError`` if lit colours cannot have the name `name`, such as that of an array the lighting reads."""
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a nonempty string")
     data = source.GetPointData()

@@ -392,7 +392,7 @@ def texture_version(texture: Any) -> Any:
 def _coordinates(source: pv.PolyData) -> FloatArray | None:
     """Return the texture coordinates of a surface's points, shape (n_points, 2).
 
-    The result is None if there are none, or only one per point.
+    Return None if there are no texture coordinates, or if they have only one number per point.
     """
     found = source.GetPointData().GetTCoords()
     return None if found is None or found.GetNumberOfComponents() < 2 else vtk_to_numpy(found)[:, :2]

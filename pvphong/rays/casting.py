@@ -93,12 +93,12 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each; None without any."""
+        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each, or None."""
         return box_of(self.sound.points) if len(self.sound) else None
 
     @property
     def sphere(self) -> Sphere | None:
-        """Bounding sphere of the triangles with finite corners; None without any."""
+        """Bounding sphere of the triangles with finite corners; None if there are none."""
         return None if self.box is None else sphere_around(self.box)
 
 
@@ -280,8 +280,7 @@ class Caster:
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
         """Find the first hit of each ray; arguments as for `blocked`.
 
-        The triangles' numbers in the result are indices in `BlockingFaces.sound`, which has only triangles with finite
-        corners.
+        Triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
         """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):

@@ -455,10 +455,10 @@ class PathTracer:
     def _scattered(
         self, bundle: _Bundle, numbers: _Numbers, bounces: int, rays: list[int]
     ) -> tuple[Float64Array, _Rays]:
-        """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths.
+        """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths of a bundle.
 
         The light is estimated in two ways: by samples on each light, and by the sampled direction in which a path
-        continues. The numbers of rays that are cast are appended to `rays`.
+        continues. `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)

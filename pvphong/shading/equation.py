@@ -84,7 +84,7 @@ class LightTerm:
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
-        """For each lobe, True if the light contributes to it."""
+        """A flag for each lobe of the reflectance: True if the light contributes to the lobe."""
         return tuple(map(any, self.colors))
 
     @property
@@ -177,7 +177,7 @@ class Equation:
 
     @cached_property
     def sharpness(self) -> float:
-        """Greatest sharpness of the reflectance at any vertex."""
+        """Greatest sharpness of the reflectance at any vertex; a sharper reflectance has narrower highlights."""
         return max(each.sharpness for each in self.extremes)
 
     @property

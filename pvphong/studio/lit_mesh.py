@@ -121,14 +121,14 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A value that changes if geometry, material or arrays change; cheap to compare."""
+        """A value that changes whenever geometry, material or arrays change; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
 
     @property
     def state(self) -> Any:
-        """A value that identifies the inputs of the current colours; cheap to compare."""
+        """A value that changes whenever an input of the current colours changes; cheap to compare."""
         return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(

@@ -17,7 +17,7 @@ from pvphong.studio.subplot import Subplot
 
 
 class Readings:
-    """Part of `plotter.phong`: the plotter's subplots, and methods that measure what the active one shows.
+    """Part of `plotter.phong`: the plotter's subplots, and methods that measure the picture of the active subplot.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class Softening:
         held: bool,
         waits: bool,
     ) -> int | None:
-        """Return the number of rays from each vertex to a light, or None for as many as accuracy needs.
+        """Return the number of rays from each vertex to each light; None for as many as accuracy needs.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Softening:
         held : bool
             True during a drag.
         waits : bool
-            True if this picture must be final.
+            True if this picture must have the final shadows.
         """
         self.note = ""
         has_size = any(light.on and light.has_size for light in scene.lights)

@@ -43,7 +43,7 @@ class SeenFromPlaces(VisibilityLike, Protocol):
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """Visibility from the other sides of the vertices; None if the light model is one-sided."""
+        """Visibility from the back sides of the vertices; None if the light model is one-sided."""
 
     def at(
         self,

@@ -141,7 +141,9 @@ class Triangles:
             marks[more] = True
 
     def split(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
-        """Split the sides marked in `marks`, a result of the method `marks`, and all triangles that have such a side.
+        """Split the sides where `marks`, a result of the method `marks`, is True.
+
+        Split all triangles that have such a side.
 
         Returns
         -------
@@ -209,7 +211,7 @@ class Triangles:
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
-        """Cut along a line that crosses the given sides, and separate its two sheets.
+        """Cut along a line that crosses the given sides, and separate the surface into two sheets along the line.
 
         A triangle with two crossed sides is cut between the crossings, as in marching triangles. A triangle with a
         single crossed side is cut from this crossing to the opposite corner. The squared lengths of the parts' sides

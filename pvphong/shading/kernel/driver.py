@@ -409,7 +409,7 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
 
 @compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
-    """Multiply a block's diffuse light by the map `diffuse` and the number `over`, and add the ambient light."""
+    """Multiply a block's diffuse light by the map `diffuse` and the factor `over`. Then add the ambient light."""
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])

@@ -158,10 +158,10 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """Return the least squared length of a chord for which the power of its cosine is 0.
+    """Return the least squared chord for which a power of a cosine is 0.
 
-    If `exponent` is greater than 0, this is 2, the squared chord of a right angle. If it is 0, no power is 0, and the
-    result is infinity.
+    For an `exponent` greater than 0, this is 2, the squared chord of a right angle. For the exponent 0, no power is 0,
+    and the result is infinity.
     """
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
@@ -489,13 +489,13 @@ def integral_numbers(
 
 
 def light_numbers(light: PunctualParameters) -> tuple[float, ...]:
-    """Return the numbers that a light's stage, from `light_stage`, reads."""
+    """Return the numbers that the stage from `light_stage` reads."""
     power = light.power or Power(0.0)
     own = light.parameters if light.pattern is None else (*light.pattern.parameters, *light.pattern.table)
     return *light.position, *light.attenuation, *power.numbers, *own
 
 
 def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:
-    """Return the numbers that a reflectance's stage, from `reflectance_stage`, reads."""
+    """Return the numbers that the stage from `reflectance_stage` reads."""
     power = reflectance.power({}) or Power(0.0)
     return *power.numbers, *reflectance.parameters({})

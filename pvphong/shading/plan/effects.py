@@ -342,7 +342,8 @@ class Size(LightEffect):
     def decide(self, state: PlanState) -> Decision:
         """Return the decision. Its reason says whether lobes are integrated over the lights exactly or by nodes.
 
-        The decision counts only lights with an exact integral. The other effects count the nodes, as lights.
+        The decision counts only lights with an exact integral. The decisions of other effects count each node as a
+        light.
         """
         decision, equation, integrals = super().decide(state), state.equation, 0
         by_method: dict[str, list[str]] = {}

@@ -132,8 +132,7 @@ class PlanState:
     def allowance(self) -> float:
         """Error of direct light that the next approximation may add; 0 if no approximation is allowed.
 
-        Each light may use the same fraction of the tolerance. If less than this fraction remains of the tolerance, the
-        result is what remains.
+        Each light may use the same fraction of the tolerance, or what remains of the tolerance if this is less.
         """
         if not self.tolerance:
             return 0.0

@@ -109,7 +109,7 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices.
+    """Estimate the seconds that rays inside triangles take in addition to a float64 evaluation of all vertices.
 
     The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them. If the scene
     needs no rays, the result is 0.

@@ -192,7 +192,7 @@ class Row:
 
     @property
     def error(self) -> Errors:
-        """Measured error of the kind that the row trades for time."""
+        """Measured error of the kind that the row's `kind` names."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row has the error of its own kind"
         return error

@@ -72,7 +72,7 @@ def point_areas(source: pv.PolyData, matrix: MatrixLike | None) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """One surface that is lit: its vertices, its material, and its rays."""
+    """One surface that is lit: its vertices, its material, and the tracer of its rays."""
 
     vertices: Vertices
     material: Material
@@ -172,7 +172,7 @@ class Columns:
         return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend, self.expected)
 
     def base(self, varied: Sequence[Variation]) -> Float64Array:
-        """Return the colours (n, 3) without the lights that vary."""
+        """Return the colours (n, 3) without the lights that vary; `varied` are these lights."""
         gone = {each.index for each in varied}
         whole = [each.vertices.equation(self.scene, each.material, self.matrix) for each in self.subjects]
         kept = [tuple(term for term in equation.terms if term.index not in gone) for equation in whole]

@@ -169,7 +169,8 @@ def fit_blocks(
     materials : sequence of Material
         The material of each dataset, in order.
     target : mapping or float
-        Path of a dataset → its target; without an entry, any colours will do. A number is the luminance of all.
+        Path of a dataset → its target. A dataset without an entry may have any colours. A number is the luminance of
+        all points.
     vary, options
         As for `fit`; weights are a mapping too.
     light : callable

@@ -68,7 +68,10 @@ class Normal(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Least-squares problem for the linear unknowns of all lights."""
+    """Least-squares problem for the unknowns of all lights: intensities and channels of colours.
+
+    `columns` are the colours per unit of each unknown, and `wanted` is the target.
+    """
 
     base: Float64Array
     """Shape (n, 3): the colours with all unknowns 0."""

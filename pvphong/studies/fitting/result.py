@@ -88,14 +88,14 @@ class Analysis:
         return np.where(self.wanted.roots > 0.0, self.wanted.seen(shown) - self.wanted.reachable, np.nan)
 
     def error(self, residual: Float64Array) -> FitError:
-        """Return the errors of a weighted residual."""
+        """Return the root mean square and the largest difference for a weighted residual."""
         roots = self.wanted.roots
         off = np.divide(np.abs(residual), roots, out=np.zeros_like(roots), where=roots > 0.0)
         return FitError(math.sqrt(float(np.square(residual).sum())), float(off.max()))
 
     @cached_property
     def before(self) -> FitError:
-        """Errors of the scene as given."""
+        """Errors of the scene as it was given."""
         search = self.given
         shares = [
             search.columns.share(one, one.light) if one.count else share

@@ -282,7 +282,7 @@ class Starts:
 
     @classmethod
     def of(cls, search: Search, around: Sphere) -> Starts:
-        """Make the banks."""
+        """Return the starts of a search, with a bank for each light. `around` is a sphere around the mesh."""
         return cls(search, [Bank.of(search, one, around) for one in search.varied])
 
     @property

@@ -109,7 +109,7 @@ def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:
 class Wanted:
     """A checked target of n points, with a row per point.
 
-    A target of colours has a row of three numbers, a target of luminances a row of one.
+    In a target of colours, a row has three numbers. In a target of luminances, a row has one number.
     """
 
     values: Float64Array

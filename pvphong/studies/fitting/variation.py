@@ -100,7 +100,7 @@ class Variation:
 
     @property
     def values(self) -> Float64Array:
-        """Values of the linear unknowns for the light as given."""
+        """Values of the linear unknowns of the light as it was given."""
         if not self.colors:
             return np.array([self.light.intensity] * len(self.linear))
         given = [self.light.specular_color if c == "specular" else rgb(getattr(self.light, c)) for c in self.colors]

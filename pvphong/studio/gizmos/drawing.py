@@ -382,7 +382,7 @@ def _text(size: int = _NORMAL) -> Any:
 
 
 def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
-    """Replace the points and cells of a mesh in pixels.
+    """Replace the points and cells of a mesh whose coordinates are pixels.
 
     Parameters
     ----------

@@ -205,7 +205,7 @@ class Gizmos:
         return next((gizmo for gizmo in self._all if gizmo.is_selected), None)
 
     def select(self, chosen: Gizmo | None) -> None:
-        """Select a gizmo; None selects none."""
+        """Select a gizmo; None deselects all."""
         for gizmo in self._all:
             gizmo.is_selected = gizmo is chosen
 

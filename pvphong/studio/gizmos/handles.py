@@ -494,7 +494,7 @@ class WidthHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """The diameter, if the light has one."""
+        """ "" for a position or direction, and a text with the diameter, if it is not 0."""
         return "", f"{self.name} {self.value:.4g}°" if self.value else ""
 
 

@@ -76,7 +76,7 @@ class Access:
 
     @property
     def root(self) -> str:
-        """Prefix of all paths."""
+        """Beginning of all paths on the server: "/" or, with a token, "/TOKEN/"."""
         return f"/{self.token}/" if self.token else "/"
 
     def address_at(self, port: int) -> str:
@@ -204,7 +204,8 @@ def upload(
     suffixes : tuple of str
         Allowed suffixes.
     take : callable
-        Called with name, path and query; raises ValueError if it rejects the file.
+        Called with the file's name, the path of the upload, and the request's query. It raises ValueError to reject the
+        file.
     done : callable
         Called with the error message if the file was rejected, else with "".
     """

@@ -191,7 +191,7 @@ class Downloads:
 
     @cached_property
     def pictured(self) -> Any:
-        """The lit mesh or blocks, with the stage as the last block, computed once."""
+        """The lit mesh or blocks for pictures, computed once. The stage is the last block."""
         return self._lit_in(self.scene)
 
     def _lit_in(self, scene: Scene) -> Any:

@@ -199,9 +199,9 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
 
 
 def typed(name: str) -> str:
-    """Return the JavaScript expression for the text in the `typed_number` of `name`.
+    """Return the JavaScript expression for the text in the input that `typed_number` has added.
 
-    The text may not have been accepted by the server yet.
+    `name` is the state variable. The server may not have accepted the text yet.
     """
     return f"(local.{name} ?? {name})"
 

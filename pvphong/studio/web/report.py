@@ -155,7 +155,7 @@ def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, colo
 
 
 def _result(folder: Path) -> Report:
-    """Read the results of the separate process."""
+    """Return the report that the separate process has written to `folder`."""
     try:
         found = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     except OSError:

@@ -16,7 +16,7 @@ from pvphong.studio.web.fields import fields_of
 
 
 def image_in(image: Any, light: Light) -> tuple[str, Any]:
-    """Return the name of the field of `light` that takes an image, and the value for it, made from the file `image`.
+    """Return the name of the field of `light` that takes an image, and the value for it, made from `image`.
 
     Raises
     ------

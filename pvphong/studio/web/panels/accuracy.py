@@ -38,7 +38,7 @@ def _section(title: str) -> Iterator[None]:
 
 
 def _plan() -> None:
-    """Add the table of effects, with those that are left out."""
+    """Add the plan's tolerance and its tables of effects, one for each mesh."""
     with _section("Plan: effects that run, and their cost"):
         number_input("accuracy.tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")
