@@ -155,7 +155,7 @@ class Setting:
 
 
 class Prepared(NamedTuple):
-    """A mesh that is ready to be lit."""
+    """A mesh with the plan that lights it, and all inputs of the plan."""
 
     mesh: pv.DataSet
     """The given mesh, or a copy that shares its arrays."""
@@ -204,7 +204,10 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` if lit colours cannot have the name `name`, such as that of an array the lighting reads."""
+    """Raise ``ValueError`` if lit colours cannot have the name `name`.
+
+    It must not be empty, nor the name of an array that the lighting reads.
+    """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a nonempty string")
     data = source.GetPointData()

@@ -312,7 +312,7 @@ class _Bundle(NamedTuple):
 
     at: Interaction
     paths: IntArray
-    """Numbers of the paths, shape (n,)."""
+    """Indices of the paths, shape (n,)."""
     weights: Float64Array
     """Factor that multiplies light on its way from a path's current point to the path's vertex, shape (3, n)."""
 

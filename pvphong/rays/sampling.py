@@ -60,8 +60,8 @@ class Cast(NamedTuple):
 
 
 CastRays = Callable[[IntArray, int, int], Cast]
-"""Function of vertices, shape (m,), and numbers `begin` and `end`. It casts rays from each vertex to the points of the
-sequence from number `begin` up to, but not including, number `end`."""
+"""Function of vertices, shape (m,), and numbers `begin` and `end`. It casts rays from each vertex to the sample points
+from number `begin` (inclusive) to `end` (exclusive)."""
 
 
 class Seen(NamedTuple):

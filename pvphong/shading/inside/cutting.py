@@ -23,7 +23,8 @@ from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 
 PIXEL = 2.0**-10
-"""Least size of a triangle that is split at a jump, in diagonals of the mesh: about a pixel of a picture."""
+"""Smallest size of a triangle that is split at a jump, as a fraction of the mesh's diagonal: about a pixel of a
+picture."""
 
 # Largest distance between the line of a cut and the edge, in diagonals of the mesh.
 _DEVIATION = 2.0**-12

@@ -312,7 +312,10 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return Numba's signature of a stage: three pointers to an integer. `real` is the Numba type of the rows."""
+    """Return Numba's signature of a stage: three pointers as arguments, and an integer as result.
+
+    `real` is the Numba type of the rows.
+    """
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 

@@ -77,7 +77,8 @@ class Subject:
     vertices: Vertices
     material: Material
     tracer: Tracer | None
-    """Casts the rays of shadows and ambient occlusion; None if the light model has none, or `seen` is given."""
+    """Object that casts the rays of shadows and ambient occlusion. None if the light model has neither, or `seen` is
+    given."""
     seen: VisibilityLike | None = None
     """Visibility that the user passed; None to cast rays."""
 

@@ -50,7 +50,7 @@ def _of(values: Any, path: str) -> Any:
 
 
 def _brightness(rows: Any) -> Any:
-    """Return luminances of colours (n, 3) or of luminances (n,)."""
+    """Return luminances (n,) for `rows`, which are colours (n, 3) or luminances already."""
     return rows @ LUMINANCE if rows.ndim == 2 else rows
 
 

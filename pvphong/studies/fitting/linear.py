@@ -50,13 +50,13 @@ class Column(NamedTuple):
     """Colours of all points per unit of one unknown: an intensity, or one channel of a light's colour."""
 
     colors: Float64Array
-    """Shape (n, 3)."""
+    """Colours of all points per unit of the unknown, shape (n, 3)."""
     channel: int | None
     """The colour channel (0, 1, 2) that the unknown changes; None if it changes all three."""
 
 
 Rows = list[tuple[IntArray, Float64Array]]
-"""For each channel that is compared: the numbers of the columns that count in it, and the columns as weighted rows."""
+"""Weighted columns of each compared channel: the indices of the columns that change this channel, and their values."""
 
 
 class Normal(NamedTuple):
@@ -166,7 +166,7 @@ class Solution(NamedTuple):
     residual: Float64Array
     """The weighted residual."""
     clamped: Any
-    """Mask (n, 3) of the colours that are clamped; None if none is."""
+    """Mask (n, 3) of the colours that are clamped; None if no colour is."""
     rows: Rows
     """The weighted columns."""
     normal: Normal

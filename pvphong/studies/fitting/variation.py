@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     light: Light
     """The light at intensity 1. If colours vary, one of them is white and the others are black."""
     field: str
-    """Field of the unknown."""
+    """Name of the field of the unknown."""
 
 
 @dataclass(frozen=True)

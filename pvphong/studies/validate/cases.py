@@ -168,6 +168,4 @@ CASES = (
     Case("airplane", "clay", ("sun", "fading lamp", "spot", "headlight"), "two-sided VTK model", "scaled"),
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
-"""Cases that cover all kinds of lights, tiers of VTK's lighting code, frames, kinds of matrices, projections, materials
-and models.
-"""
+"""Cases that cover all kinds of lights, of VTK's shader, of frames, matrices, projections, materials and models."""

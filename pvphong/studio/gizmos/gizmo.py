@@ -26,7 +26,7 @@ HIGHLIGHT = "highlight"
 
 _HINT = "h: keys"
 SPOT_SIZE = 0.15
-"""Radius of a spot that is asked for, as a fraction of the scene's size, until the user changes it."""
+"""Initial radius of a spot for which a drag asks for light, as a fraction of the scene's size."""
 
 Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 """Key → help text and function; the window shows the text that the function returns."""

@@ -494,7 +494,7 @@ class WidthHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """ "" for a position or direction, and a text with the diameter, if it is not 0."""
+        """No text for a position or direction, and a text with the diameter if it is not 0."""
         return "", f"{self.name} {self.value:.4g}°" if self.value else ""
 
 

@@ -381,9 +381,9 @@ class Interaction:
             self.gizmos.render()
 
     def _clicked(self) -> bool:
-        """Place the highlight of a light for which the key asked to click on the surface.
+        """Place a light's highlight at the clicked surface point, if a command waits for this click.
 
-        Return False if no light awaits a click. This is called at a press of the button, before all other reactions.
+        Return False if no command waits. This is called when the button is pressed, before all other reactions.
         """
         gizmos = self.gizmos
         gizmo = gizmos.awaits_click
@@ -460,7 +460,7 @@ class Interaction:
     def _resized(self, factor: float) -> bool:
         """Multiply the size of the spot by `factor`.
 
-        Return False if drags do not ask for light, so that the view zooms.
+        Return False if a drag does not ask for light; the wheel then zooms.
         """
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at:

@@ -39,7 +39,7 @@ EXAMPLES: Mapping[str, str] = {
 """Name of an example mesh → its function in `pyvista.examples`; PyVista contains their files."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
-"""The downloads, by suffix, except "rig", which is a .json."""
+"""The downloads, named by their suffix. The exception is "rig", a .json file."""
 
 STAGE = "stage"
 """Name of the stage among the meshes' names."""

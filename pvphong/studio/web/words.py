@@ -16,7 +16,7 @@ LABELS: Mapping[str, str] = {
     "seconds": "time",
     "transparent": "transparent in pictures",
 }
-"""Names of fields whose labels on the page are different words. All others only lose their underscores."""
+"""Labels of fields whose words on the page differ from their names. Other labels are names without underscores."""
 
 _UNIT_OF_BRIGHTNESS = "× white"
 """Unit of the brightness of a light without a size: at 1, a white surface that faces the light is white."""

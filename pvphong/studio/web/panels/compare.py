@@ -23,7 +23,8 @@ STYLE = """
 """
 
 OWN = {"compare": "", "pair": "", "wipe": 50}
-"""State of each browser's own: "wipe", "flicker" or ""; the pair that is compared; and the wipe in per cent."""
+"""State that each browser has for itself. `compare` is "wipe", "flicker" or "", `pair` the compared pair, `wipe` the
+border in per cent."""
 
 _PAIR = "(snapshots.pairs.includes(pair) ? pair : snapshots.pairs[0])"
 _LEFT, _RIGHT = f"{_PAIR}.split(' | ')[0]", f"{_PAIR}.split(' | ')[1]"
