@@ -35,7 +35,7 @@ class Clustered(NamedTuple):
 
 
 def clustered(points: Float64Array, normals: FloatArray, triangles: IntArray, cubes: float) -> Clustered:
-    """Merge the vertices in each small cube whose normals have the same signs.
+    """Merge vertices that are in the same small cube and whose normals have the same signs.
 
     The comparison of signs keeps the two sides of a thin plate apart. Triangles with fewer than three different corners
     are removed. This is the uniform grid of J. Rossignac and P. Borrel, "Multi-resolution 3D approximations" (1993).

@@ -344,7 +344,7 @@ class LitActors:
         return window is not None and not window.GetOffScreenRendering()
 
     def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
-        """Return the meshes that block light from `mesh`; None if the scene has no shadows and no occlusion."""
+        """Return the meshes that can cast shadows on `mesh`, itself included; None without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 

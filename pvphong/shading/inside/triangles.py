@@ -252,10 +252,10 @@ class Triangles:
         return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
 
     def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
-        """Return the triangles `rows` with their corners and sides rotated: six arrays of shape (k,), three of each.
+        """Return the triangles `rows` with rotated corners and sides: three arrays of corners, then three of sides.
 
-        The first corner is the one with the index `first`, 0 to 2, and the first side leads from it to the second
-        corner.
+        Each array has the shape (k,). The first corner is the one with the index `first`, 0 to 2, and the first side
+        leads from it to the second corner.
         """
         turn = (first[:, None] + np.arange(3)) % 3
         corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))

@@ -127,7 +127,11 @@ class Store:
             aside.write_bytes(key + digest(code) + code)
 
     def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
-        """Return the path of a function's file, and the key at the start of the file."""
+        """Return the path of the function's file for a signature, and the key at the start of the file.
+
+        The file's name is a digest of the function, its types, the values that it closes over, the processor and
+        Python. The key is a digest of versions, sources and bytecode.
+        """
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
         place = repr((function.__module__, function.__qualname__, str(signature), codegen.magic_tuple()))

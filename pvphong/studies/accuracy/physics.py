@@ -341,7 +341,7 @@ def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
 
 @contextmanager
 def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
-    """Return a context with an empty Matplotlib figure that is `height` inches high. At its end, the figure is written.
+    """Return a context with an empty Matplotlib figure that is `height` inches high. The figure is written at the end.
 
     The suffix of `path` must be .png, .pdf or .svg.
     """

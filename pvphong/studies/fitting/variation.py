@@ -154,7 +154,7 @@ class Variation:
         viewer : Viewer
             The scene's viewer.
         count : int
-            Number of directions.
+            Number of directions to try.
         """
         yield self.light
         own = self.light.in_world(viewer)
