@@ -166,7 +166,7 @@ def daylight(
 
 
 def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
-    """Raise ValueError if the coefficients would exceed the limit or the free memory."""
+    """Raise ValueError if the coefficients of a tracer would exceed the limit `memory` or the free memory, in bytes."""
     available, limit = available_memory(), memory
     if available is not None:
         limit = min(limit, float(available))
@@ -178,7 +178,7 @@ def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
 
 
 def _warn_of_degrees(source: pv.PolyData, place: Place) -> None:
-    """Warn if a mesh's coordinates seem to be longitudes and latitudes."""
+    """Warn if the coordinates of the surface `source` seem to be longitudes and latitudes at the place."""
     low, high = source.points.min(axis=0), source.points.max(axis=0)
     where = np.array((place.longitude, place.latitude))
     if (
@@ -194,7 +194,7 @@ def _warn_of_degrees(source: pv.PolyData, place: Place) -> None:
 
 
 def _microseconds(index: Any) -> IntArray:
-    """Return times as microseconds since 1970 in UTC."""
+    """Return the times of a pandas index as microseconds since 1970 in UTC."""
     return np.asarray(index.as_unit("us").asi8)
 
 
@@ -603,7 +603,7 @@ def _checksum(text: str, arrays: Mapping[str, Any]) -> str:
 
 
 def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> tuple[_Study, Irradiances]:
-    """Return the study and the weather from a file."""
+    """Return the study and the weather that a file's header and arrays describe."""
     latitude, longitude, altitude, up, north = header["place"]
     place = Place(latitude, longitude, altitude, tuple(up), tuple(north))
     pandas = importlib.import_module("pandas")

@@ -371,7 +371,7 @@ def _clear_old_blocks(target: Path) -> None:
 
 @contextmanager
 def _complaints_in(complaints: list[str]) -> Iterator[None]:
-    """Return a context that appends VTK's errors, and PyVista's warnings about them, to a list and prints none."""
+    """Return a context that appends VTK's errors, and PyVista's warnings of them, to `complaints`, and prints none."""
     with _one_at_a_time:
         logged = logging.root.manager.disable
         logging.disable(logging.CRITICAL)
@@ -390,6 +390,6 @@ def _complaints_in(complaints: list[str]) -> Iterator[None]:
 
 
 def _first_line(complaints: list[str]) -> str:
-    """Return the first line of the first message, without the memory addresses that VTK prints."""
+    """Return the first line of the first of `complaints`, without the memory addresses that VTK prints."""
     line = complaints[0].strip().splitlines()[0]
     return re.sub(r" ?\(0x[0-9a-f]+\)", "", line)

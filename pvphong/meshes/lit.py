@@ -178,7 +178,10 @@ class Ready(NamedTuple):
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
-    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan."""
+    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan.
+
+    `setting` has the options of the call.
+    """
     found = ready(mesh, scene, material, setting)
     how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
     return Prepared(*found, Plan.of(found.scene, found.material, found.vertices, **how))
@@ -187,7 +190,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
     """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
 
-    If `mesh` is a PolyData, the returned mesh is a shallow copy of it.
+    If `mesh` is a PolyData, the returned mesh is a shallow copy of it. `setting` has the options of the call.
     """
     # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
@@ -204,9 +207,9 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` if lit colours cannot have the name `name`.
+    """Raise ``ValueError`` if the lit colours of the surface `source` cannot have the name `name`.
 
-    It must not be empty, nor the name of an array that the lighting reads.
+    The name must not be empty, nor that of an array that the lighting reads.
     """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a nonempty string")
@@ -220,7 +223,7 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
     """Return a new mesh with the colours of `shading` as the array `name`. Components are added if they were computed.
 
-    With `shares_by_bounce`, an array for each bounce is added too.
+    With `shares_by_bounce`, an array for each bounce is added too. `prepared` is the mesh that was lit.
     """
     now, source, scene, vertices, material, planned = prepared
     lit = source if source is now else shallow_copy(source)
@@ -586,7 +589,7 @@ def vertices_of(
 ) -> Vertices:
     """Return a surface's vertices for a scene; normals, tangents and visibility are computed at their first use.
 
-    `maps` and `tangents` come from `surface_and_maps`.
+    `maps` and `tangents` come from `surface_and_maps`. `setting` has the options of the call.
     """
     normals = functools.cache(lambda: point_normals(source, backend=setting.backend))
     matrix, occluders, among = setting.matrix, setting.occluders, None

@@ -56,7 +56,7 @@ _FORMAT, _OFFSET = (re.compile(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""") 
 
 
 def _check_xml(contents: Any) -> None:
-    """Raise ValueError if a VTK XML file lacks its end tag, or an array appended as bytes is shorter than declared.
+    """Raise ValueError if a VTK XML file has no end tag, or an array appended as bytes is shorter than declared.
 
     Compressed bytes are not checked, because VTK verifies their checksum.
     """

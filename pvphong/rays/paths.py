@@ -176,7 +176,7 @@ class Interaction:
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Return the factor by which each lobe multiplies the arriving light, shape (n,) each."""
+        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each."""
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
@@ -386,7 +386,7 @@ class PathTracer:
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
         """Return the light at some vertices of one reflector, as the scene's viewer sees them.
 
-        `part` is the reflector's index. `vertices` are indices of the vertices.
+        `part` is the reflector's index, and `receiver` has its vertices. `vertices` are indices of some of these.
         """
         reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
         equation, values = reflector.equation, reflector.at_points(vertices)

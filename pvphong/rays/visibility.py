@@ -422,7 +422,7 @@ class Visibility:
         return row == len(self._lights) or self._lights[row].has_size
 
     def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
-        """Return True if the rows of `lights` and, with `sky`, of the sky are known, with enough rays."""
+        """Return True if the rows of `lights` and, with `sky`, the sky's row are final, on both sides with `behind`."""
         rows, sides = (*lights, *[len(self._lights)] * sky), self._sides if behind else (self,)
         return all(row in s._done and (s._done[row] is None or not s._is_sampled(row)) for s in sides for row in rows)
 

@@ -98,7 +98,7 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
     """Return the bound `most` for a diffuse lobe followed by a highlight that is a power of a cosine.
 
     For the diffuse lobe, the bound is 1. For the highlight, it is the power at the largest cosine, or 0 if the light is
-    below the horizon of every vertex.
+    below the horizon of every vertex. The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0
@@ -113,7 +113,7 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
     light may cross a vertex's horizon.
 
     At the horizon, n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light,
-    and at least π/2 − turn − ψ to the viewer.
+    and at least π/2 − turn − ψ to the viewer. The arguments are as for `change`.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -130,7 +130,7 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
     """Return reflectances with the exponents `low` and `high`, which bound those between them.
 
     If 1 is between them, the greatest exponent below 1 is added, because highlights with exponents between 0 and 1 are
-    infinitely steep.
+    infinitely steep. `field` is the name of the exponent's field.
     """
     kind: Any = reflectance
     ends = replace(kind, **{field: low}), replace(kind, **{field: high})
@@ -142,7 +142,7 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
     """Return the bound `most` for modified Phong.
 
     For the diffuse lobe, the bound is 1. For the highlight, it is the bound on the power, times the largest n·l and the
-    normalisation.
+    normalisation. The arguments are as for `most`.
     """
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
@@ -152,7 +152,8 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
     """Return the bound `change` for modified Phong.
 
-    For the highlight, it bounds the change of the product of the power and n·l, which has no jump at the horizon.
+    For the highlight, it bounds the change of the product of the power and n·l, which has no jump at the horizon. The
+    arguments are as for `change`.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -165,7 +166,7 @@ def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -
     """Return the bound `most` for VTK's headlight.
 
     For the diffuse lobe, the bound is 1. For the highlight, it is the largest power. This highlight does not end at the
-    horizon, so the light may be on either side of the surface.
+    horizon, so the light may be on either side of the surface. The arguments are as for `most`.
     """
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
@@ -186,7 +187,8 @@ def _most_whiteness(psi: float) -> float:
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the bound `most` for a metal.
 
-    It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight.
+    It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight. The
+    arguments are as for `most`.
     """
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
@@ -197,7 +199,7 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
     """Return the bound `change` for a metal.
 
     For the diffuse lobe, the bound is that of Phong's model. For a highlight, it is the sum of the bounds on the
-    changes of Phong's power and of Schlick's weight.
+    changes of Phong's power and of Schlick's weight. The arguments are as for `change`.
     """
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
@@ -212,6 +214,7 @@ def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) ->
 
     For the diffuse base, the bound is a constant. For a highlight, it is the microfacets' density D at the largest n·h,
     times the largest masking K = 1/(2β). For the white lobe, this product is multiplied by the largest Schlick weight.
+    The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -229,7 +232,7 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
     """Return the bound `change` for microfacets.
 
     For the diffuse base, the bound follows from the base's slope. For a highlight, it is the highlight's largest value,
-    because the slope of the masking is unbounded near the horizon.
+    because the slope of the masking is unbounded near the horizon. The arguments are as for `change`.
     """
     if lobe:
         return most(reflectance, lobe)
@@ -245,7 +248,7 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
     """Return the bound `most` for Oren and Nayar's model, a bound on the sum of the coefficients A and B.
 
-    The sum is at most 1.125, for sigma = 22°.
+    The sum is at most 1.125, for sigma = 22°. The arguments are as for `most`.
     """
     return 1.13
 
@@ -255,7 +258,7 @@ def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves
     """Return the bound `change` for Oren and Nayar's model.
 
     The change of the term with A is bounded by its slope. The change of the term with B is bounded by B, because the
-    slope of this term is unbounded near the horizon.
+    slope of this term is unbounded near the horizon. The arguments are as for `change`.
     """
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
@@ -266,7 +269,7 @@ def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
     """Return the bound `most` for Ward's model: the factor at the largest n·h.
 
     With s, x, z and E as in `Ward`, and θ the angle from n to s: x/z² is at most 1/z, and |s|²/z² = 1 + tan² θ. The
-    product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.
+    product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive. The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0

@@ -119,7 +119,7 @@ class VisibilityAt(VisibilityLike):
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError if the visibility from all vertices does so."""
+        """Raise ValueError as the visibility from all vertices does; arguments as for `VisibilityLike.refuse_other`."""
         self._whole.refuse_other(points, lights, labels, model)
 
 
@@ -182,7 +182,10 @@ class GivenVisibility(VisibilityLike):
         labels: Sequence[str],  # noqa: ARG002 the protocol's
         model: LightModel,  # noqa: ARG002 the protocol's
     ) -> None:
-        """Raise ValueError if the number of vertices or lights is another than in the given array."""
+        """Raise ValueError if the number of vertices or lights is another than in the given array.
+
+        `labels` and `model` are not used.
+        """
         rows = len(lights) + 1
         self._sides = 1 + (self._parts.shape == (2 * rows, len(points)))
         if self._parts.shape != (self._sides * rows, len(points)):

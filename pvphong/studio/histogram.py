@@ -57,7 +57,7 @@ class Histogram:
 
 
 def histogram_of(colors: ByteArray, bins: int = BINS) -> Histogram:
-    """Return the histogram of displayed colours, uint8, shape (n, 3)."""
+    """Return the histogram, with `bins` bins, of displayed colours, uint8, shape (n, 3)."""
     luminance = colors @ (XYZ_OF_RGB[1] / 255.0).astype(np.float32)
     counts, edges = np.histogram(luminance.clip(0.0, 1.0), bins, (0.0, 1.0))
     count = max(len(colors), 1)

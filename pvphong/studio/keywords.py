@@ -105,7 +105,10 @@ def _known() -> tuple[str, ...]:
 
 
 def refuse_unknown(options: Mapping[str, Any]) -> None:
-    """Raise ``TypeError`` for a keyword that PyVista's `add_mesh` does not have; the message suggests a close match."""
+    """Raise ``TypeError`` if one of `options` is no keyword of PyVista's `add_mesh`.
+
+    The message suggests a close match.
+    """
     for name in options:
         if name in Material.__dataclass_fields__ and name not in _known():
             raise TypeError(f"add_mesh has no keyword {name!r}. Pass material=Material({name}=...).")
@@ -118,7 +121,7 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know.
+    """Raise ``ValueError`` if `options` have a name of a colour, style or texture that PyVista does not know.
 
     PyVista's own message would have many lines.
     """

@@ -331,7 +331,7 @@ class _Edge:
         """Return the triangles to split before the cuts, the most urgent first.
 
         In these triangles, the edge deviates too far from a straight line, ends inside, or crosses no side that can be
-        cut.
+        cut. `found` are the crossings of the edge.
         """
         triangles = self._surface.triangles
         steps = found.step[triangles.sides[found.rows]]
@@ -377,7 +377,7 @@ class _Edge:
         """Return the side of the edge on which each vertex is: 1 for lit, -1 for dark, 0 for on the edge, shape (n,).
 
         A vertex counts as on the edge if the edge crosses its sides, and each crossing is nearer to the vertex than
-        half of the allowed deviation.
+        half of the allowed deviation. `found` are the crossings of the edge.
         """
         surface, triangles = self._surface, self._surface.triangles
         sides = np.flatnonzero(~np.isnan(found.along))

@@ -127,7 +127,10 @@ class Refinement:
         return (len(parts) - first) / expected if expected > 0.0 else 1.0
 
     def _next_round(self, tolerance: float) -> IntArray:
-        """Return the triangles to split next. Return an empty array if all triangles that can be split are accurate."""
+        """Return the triangles to split next.
+
+        Return an empty array if all errors that splits can reduce are within the tolerance.
+        """
         while True:
             rows = self._poor(tolerance)
             if not len(rows):

@@ -180,7 +180,7 @@ def _of_reflectances() -> _Named:
 
 
 def _sample(kind: Any) -> Any:
-    """Return an instance of a class of lights or reflectances.
+    """Return an instance of `kind`, a class of lights or reflectances.
 
     Fields without a default, and widths, are 1, so that the instance has a size.
     """
@@ -189,7 +189,10 @@ def _sample(kind: Any) -> Any:
 
 
 def _distinct(stages_of_all: _Named) -> _Named:
-    """Return pairs of name and stage without duplicates. Of stages with the same code, the last one is kept."""
+    """Return the given pairs of name and stage without duplicates.
+
+    Of stages with the same code, the last one is kept.
+    """
     return {code_identity(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 

@@ -279,9 +279,9 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
 
 @intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Call the stage (a compiled loop over a block) at an address with the three pointers.
+    """Call the stage (a compiled loop over a block) at the address `address`. Return its integer result.
 
-    Return its integer result.
+    `numbers`, `rows` and `points` are the stage's arguments.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -130,7 +130,7 @@ class Store:
         """Return the path of the function's file for a signature, and the key at the start of the file.
 
         The file's name is a digest of the function, its types, the values that it closes over, the processor and
-        Python. The key is a digest of versions, sources and bytecode.
+        Python. The key is a digest of versions, sources and bytecode. `codegen` is Numba's code generator.
         """
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
@@ -263,7 +263,7 @@ class Library:
     def stage(self, function: Callable[..., Any], real: str) -> int:
         """Return the address of a compiled stage, the loop over a block for a light or reflectance.
 
-        `real` is the type of the block's numbers, "float32" or "float64".
+        `function` is the stage's Python function. `real` is the type of the block's numbers, "float32" or "float64".
         """
         return self._code(function, stage_signature, real).where
 
@@ -375,7 +375,7 @@ def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | N
 def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
     """Start a compiling process at low priority, detached from the terminal, and return it.
 
-    In a program that embeds Python, start no process and return None.
+    In a program that embeds Python, start no process and return None. `request` is passed to the process.
     """
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None

@@ -396,7 +396,7 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
     """Multiply a block's colours by the albedo, clipped to [0, 1]; NaN counts as 0.
 
     If `has_ambient`, the ambient light is in separate rows, and is multiplied too. The albedo is loaded into the rows
-    of the lobes' factors, which are no longer needed.
+    of the lobes' factors, which are no longer needed. `first` and `count` are as in the module `vertices`.
     """
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
@@ -409,7 +409,10 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
 
 @compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
-    """Multiply a block's diffuse light by the map `diffuse` and the factor `over`. Then add the ambient light."""
+    """Multiply a block's diffuse light by the map `diffuse` and the factor `over`. Then add the ambient light.
+
+    `first`, `count` and `rows` are as in the module `vertices`.
+    """
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
@@ -419,7 +422,8 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
     """Add the three rows that begin at offset `start`, times a map and a number, to a block's colours.
 
-    `tints` is the map, a colour for each of all vertices, and `over` is the number.
+    `tints` is the map, a colour for each of all vertices, and `over` is the number. `first` and `count` are as in the
+    module `vertices`.
     """
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
@@ -482,7 +486,8 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
     """Add a complete share to the sums of its light and of its component. Clear the rows for the next share.
 
     A share is one component of a light's contribution; `t` is the record of its last term. If the share is the last of
-    its light, store the light's sum in the output, `t.light_at` numbers after `rgb`.
+    its light, store the light's sum in the output, `t.light_at` numbers after `rgb`. `first` and `count` are as in the
+    module `vertices`.
     """
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
@@ -506,7 +511,8 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
 def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
     """Store the sum of each component in the output, and write the total into the rows of the block's colours.
 
-    The components are stored `s.components_at` numbers after `rgb`.
+    The components are stored `s.components_at` numbers after `rgb`. `first` and `count` are as in the module
+    `vertices`.
     """
     for k in range(4):
         if s.components_at[k]:

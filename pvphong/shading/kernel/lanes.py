@@ -81,7 +81,7 @@ class _ModelOfConditions(models.PrimitiveModel):  # type: ignore[misc]
 @lower_cast(types.Float, Lanes)
 @lower_cast(types.Integer, Lanes)
 def _spread(context: Any, builder: Any, given: Any, _wanted: Any, value: Any) -> Any:
-    """Broadcast a number to all lanes."""
+    """Return an LLVM vector whose eight numbers are all `value`, a number of the type `given`."""
     number, undefined = context.cast(builder, value, given, types.float64), ir.Constant(_F64, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
@@ -201,7 +201,7 @@ _WHOLE = 1.5 * 2.0**52
 def _power_below(builder: Any, x: Any) -> Any:
     """Return 1/2ᵏ for a normal number x in [2ᵏ, 2ᵏ⁺¹), where k is an integer.
 
-    The result's bits are twice the exponent's bias minus the bits of x's exponent.
+    The result's bits are twice the exponent's bias minus the bits of x's exponent. `builder` is LLVM's builder.
     """
     exponent = builder.and_(builder.bitcast(x, _I64), _all(_I64, _EXPONENT))
     return builder.bitcast(builder.sub(_all(_I64, 2 * _BIAS << _MANTISSA), exponent), _F64)
@@ -239,7 +239,7 @@ def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[A
     """Return pointers to eight numbers of a row.
 
     The row begins `start` entries after the pointer `row`. The indices of the numbers in this row are eight consecutive
-    entries of `rows`, from `place` on.
+    entries of `rows`, from `place` on. `builder` is LLVM's builder.
     """
     places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
     return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]

@@ -573,7 +573,7 @@ def point_seen(
     Points, origins and normals have the shape (m, 3). `light` has the seven numbers that `look_at_point` reads. `seen`
     receives 1 for a vertex whose ray arrives, and 0 for a vertex whose ray is blocked or that faces away from the
     light. If the vertices are two-sided, `behind` receives the same for their back sides. Both outputs are contiguous
-    arrays of shape (m,).
+    arrays of shape (m,). `origins_behind` are the origins on the back sides, and `casters` the occluders.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)

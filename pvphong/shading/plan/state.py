@@ -122,9 +122,9 @@ class PlanState:
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:
-        """Return the bound on the colour error of one simplification.
+        """Return the bound on the colour error of the simplification `note`.
 
-        For direct light, the bound is multiplied by `gain`.
+        For direct light, it is multiplied by `gain`.
         """
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 

@@ -185,7 +185,7 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
     """Draw the rows' names in a column on the right, in the order of their errors. Thin lines lead to the markers.
 
-    `zero` is the vertical position at which an error of 0 is drawn.
+    `zero` is the vertical position at which an error of 0 is drawn. `axes` are the axes to draw on.
     """
     low, high = np.log10(axes.get_ylim())
     ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))

@@ -78,7 +78,8 @@ def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: in
 def _thinned(problem: Problem, found: Chosen, of_light: Sequence[IntArray], allowed: float) -> Chosen:
     """Return `found` without lights that are dark, and without lights that the tolerance does not need.
 
-    Row k of `of_light` has the indices of light k's unknowns. `allowed` is the largest squared error.
+    Row k of `of_light` has the indices of light k's unknowns. `allowed` is the largest squared error. `problem` is that
+    of all lights.
     """
     ends = np.cumsum([len(of_light[k]) for k in found.lights])
     unknowns = np.split(found.solution.x, ends[:-1])

@@ -266,8 +266,8 @@ def _fitted(
 ) -> Fit:
     """Fit lights to the targets of all meshes.
 
-    `setting` has the options of the lighting, and `light` lights the meshes with a scene. `begun` is the time at which
-    the fit began, in seconds.
+    `parts` are the meshes, and `vary` is as for `fit`. `setting` has the options of the lighting, and `light` lights
+    the meshes with a scene. `begun` is the time at which the fit began, in seconds.
     """
     refuse_without_scipy()
     kernel.check_backend(setting.backend)
@@ -321,7 +321,11 @@ def _fitted(
 
 
 def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Setting, options: Options) -> None:
-    """Raise ValueError if the fields that vary do not go together with the target or the options."""
+    """Raise ValueError if the fields that vary do not go together with the target or the options.
+
+    `varied` are the lights with the fields that vary, `wanted` is the target, and `setting` has the options of the
+    lighting.
+    """
     moves = any(one.count for one in varied)
     if options.max_lights is not None and moves:
         remedy = "Fit directions, positions and sizes first, without max_lights."
@@ -349,7 +353,10 @@ def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Sett
 
 
 def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
-    """Raise ValueError if one of the lights that vary gives no light to any point of the target."""
+    """Raise ValueError if one of the lights that vary gives no light to any point of the target.
+
+    `point` is the result of the search.
+    """
     lengths, first = np.diag(point.solution.normal.matrix), 0
     for one, share in zip(varied, point.shares, strict=True):
         last = first + len(one.unknowns)

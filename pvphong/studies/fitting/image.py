@@ -107,7 +107,7 @@ def colors_from_image(
 
 
 def _of_points(mesh: pv.DataSet, outside: pv.PolyData, colors: Float64Array) -> Float64Array:
-    """Return colours for all points of `mesh`, from the colours of its surface's points. Points inside get NaN."""
+    """Return colours for all points of `mesh`, NaN for points inside. `colors` are those of its surface `outside`."""
     if isinstance(mesh, pv.PolyData | pv.PointSet):
         return colors
     found = np.full((mesh.n_points, 3), np.nan)
@@ -160,7 +160,8 @@ def _around(places: Float64Array, shape: Sequence[int]) -> _Around:
 def _read(receiver: Receiver, occluders: Occluders, viewer: Viewer, pixels: Float64Array) -> Float64Array:
     """Return the colours (n, 3) of a surface's vertices, NaN where the picture does not show them.
 
-    `pixels` has the picture's colours, first row at the bottom. `occluders` are all meshes that may hide vertices.
+    `receiver` has the vertices. `pixels` has the picture's colours, first row at the bottom. `occluders` are all meshes
+    that may hide vertices.
     """
     height, width, _ = pixels.shape
     points, normals = receiver.points, receiver.unit_normals

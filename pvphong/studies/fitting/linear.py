@@ -83,7 +83,7 @@ class Problem:
         """Return the least-squares problem of some lights.
 
         `base` has the colours without these lights. `varied` are the lights with their fields that vary, and `shares`
-        the colours that each gives per unit of its unknowns.
+        the colours that each gives per unit of its unknowns. `wanted` is the target.
         """
         columns = []
         for share in shares:
@@ -239,7 +239,7 @@ def solve(problem: Problem) -> Solution:
 def _brighter(problem: Problem, found: Solution) -> float:
     """Return the factor for all unknowns that gives the smallest error with clamped colours; at least 1.
 
-    The factor is estimated from some of the points.
+    The factor is estimated from some of the points. `found` is the solution of the convex problem.
     """
     if found.colors.max(initial=0.0) * _FACTORS[-1] <= 1.0:
         return 1.0
@@ -259,7 +259,8 @@ def _descent(problem: Problem, x: Float64Array, *, convex: bool) -> Solution:
     """Take Gauss-Newton steps from `x` until the error no longer falls.
 
     Within a step, the set of clamped colours is constant. Without clamped colours the first step is exact. A correction
-    by the residual follows, because normal equations square the condition number.
+    by the residual follows, because normal equations square the condition number. With `convex`, only colours whose
+    target is 1 or more count as clamped.
     """
     now = _at(problem, x, convex)
     for _ in range(_STEPS if problem.columns else 0):

@@ -224,6 +224,7 @@ class Analysis:
 
         The unknowns are `products` of intensity and colour channel, with their `covariance`. As in `Variation.solved`,
         the largest channel of all colours is constant; the intensity is the product for this channel divided by it.
+        `one` is the light with the fields that vary.
         """
         found: dict[str, Deviation] = {}
         if "intensity" in one.linear:
@@ -327,7 +328,8 @@ class Fit:
         """Return the result of a fit, made from its analysis.
 
         `light` lights the mesh or blocks with a scene. Entry `rows[path]` is the slice of a mesh's rows among all
-        points.
+        points. `interrupted` is true if Ctrl-C ended the search; `seconds` is its duration. `tolerance` is that of the
+        fit.
         """
         error = analysis.error(analysis.solution.residual)
         measured = error, analysis.solution.violation, analysis.least_error, error.rms <= tolerance

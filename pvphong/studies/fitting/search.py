@@ -205,7 +205,10 @@ class Search:
 
 
 def _colors(one: Variation, share: Share, x: Float64Array) -> Float64Array:
-    """Return the colours (n, 3) of a light whose unknowns have the values `x`."""
+    """Return the colours (n, 3) of the light `one` if its unknowns have the values `x`.
+
+    `share` has the colours per unit of each unknown.
+    """
     found = np.zeros_like(share.columns[0]) if share.offset is None else share.offset.copy()
     factors = x.reshape(-1, 3) if one.colors else x
     for colors, factor in zip(share.columns, factors, strict=True):
@@ -216,7 +219,8 @@ def _colors(one: Variation, share: Share, x: Float64Array) -> Float64Array:
 def projected(solution: Solution, derivatives: Rows) -> tuple[Float64Array, Float64Array]:
     """Return the matrix and the right side of the normal equations for a step of the shapes.
 
-    The intensities and colours that are not 0 are eliminated.
+    The intensities and colours that are not 0 are eliminated. `solution` has the solved intensities and colours, and
+    `derivatives` the colours' derivatives by the coordinates of the shapes.
     """
     joint = joined(solution, derivatives)
     free, inner = np.flatnonzero(solution.x > 0.0), len(solution.x)
@@ -232,7 +236,8 @@ def projected(solution: Solution, derivatives: Rows) -> tuple[Float64Array, Floa
 def joined(solution: Solution, derivatives: Rows) -> Normal:
     """Return the normal equations of all unknowns.
 
-    The intensities and colours come first, then the coordinates of the shapes.
+    The intensities and colours come first, then the coordinates of the shapes. `solution` has the solved intensities
+    and colours, and `derivatives` the colours' derivatives by the coordinates of the shapes.
     """
     inner = len(solution.x)
     rows = [
@@ -258,7 +263,10 @@ class Bank(NamedTuple):
 
     @classmethod
     def of(cls, search: Search, one: Variation, around: Sphere) -> Bank:
-        """Return the candidates for the light `one`. A light without shapes that vary is its only candidate."""
+        """Return the candidates for the light `one`. A light without shapes that vary is its only candidate.
+
+        `search` evaluates them, and `around` is a sphere around the mesh.
+        """
         lights = list(one.starts(around, search.columns.scene.viewer, _DIRECTIONS)) if one.count else [one.light]
         shares = [search.columns.share(one, light) for light in lights]
         roots = search.wanted.roots
@@ -391,6 +399,8 @@ def _sampled(
     """Search on samples of the vertices, and yield each point that is better than all before.
 
     `few` makes the starts and `some`, with more vertices, the descents. A squared error of at most `perfect` ends them.
+    `around`, `tries` and `random` are the sphere around the mesh, the number of starts, and the source of random
+    numbers.
     """
     with text.stage("candidates", 0.0, 0.2):
         starts = Starts.of(few, around)

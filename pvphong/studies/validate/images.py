@@ -162,7 +162,7 @@ def compare_images(
 def window_of_colors(
     lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
 ) -> pv.Plotter:
-    """Return an offscreen window that shows a mesh's colours unchanged, without lighting.
+    """Return an offscreen window that shows the colours of the mesh `lit` unchanged, without lighting.
 
     They are the point array `name`.
     `size` is in pixels, and `matrix` is the mesh's model matrix.

@@ -47,9 +47,9 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a circle as a closed polygon of `count` segments, shape (count + 1, 3).
+    """Return a circle around `center` as a closed polygon of `count` segments, shape (count + 1, 3).
 
-    `normal` is the unit normal of the circle's plane.
+    `normal` is the unit normal of the circle's plane, and `radius` is in world units.
     """
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)

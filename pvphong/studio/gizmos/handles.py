@@ -644,7 +644,7 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
-    """Return the distance between the light and a handle that is dragged to the cursor, > 0.
+    """Return the distance, > 0, between the light and a handle that is dragged from `start` to the cursor.
 
     It is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor rounds it to
     the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.

@@ -318,7 +318,7 @@ def _list(given: Any, count: int) -> list[Any]:
 
 
 def plain(given: Any, depth: int = 0) -> Any:
-    """Return a value if it is a text, a number, a flag, None, or a list of these, of limited size.
+    """Return `given` if it is a text, a number, a flag, None, or a list of these, of limited size.
 
     Otherwise raise `Malformed`. `depth` is the number of lists around the value.
     """

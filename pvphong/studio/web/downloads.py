@@ -342,7 +342,7 @@ _CODED = (Scene, Viewer, LightModel, Display, Material, Colormap, *LIGHT_TYPES.v
 
 
 def python_of(value: Any, indent: str = "") -> str:
-    """Return Python code that makes the same scene, light, material or similar, with `pvphong` as `ph`.
+    """Return Python code for `value`, a scene, light, material or similar, with `pvphong` as `ph`.
 
     `indent` are the spaces before the code's last line.
     """

@@ -93,7 +93,7 @@ def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "
 
 
 def switch(name: str, value: str, label: Text, changed: str) -> None:
-    """Add a switch for the JavaScript expression `value`. A change runs the JavaScript `changed`.
+    """Add a switch with a label for the JavaScript expression `value`. A change runs the JavaScript `changed`.
 
     If the server refuses a change, the switch is reset.
     """

@@ -101,7 +101,7 @@ class Instruments:
                 self._draw()
 
     def scale(self, ratio: float) -> None:
-        """Set the number of device pixels per CSS pixel, so that gizmos and texts keep their size."""
+        """Set the number of device pixels per CSS pixel, `ratio`, so that gizmos and texts keep their size."""
         self._subplot.renderer.GetRenderWindow().SetDPI(round(USUAL_DPI * ratio))
 
     def add_routes(self, router: Any) -> None:

@@ -145,7 +145,10 @@ class _Pickler(pickle.Pickler):
 
 
 def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, color_mode: int) -> pv.Texture:
-    """Return a texture with the given image and settings. These are all the settings that affect sampling."""
+    """Return a texture with an image and settings. `is_encoded` is true for an image in sRGB.
+
+    These are all the settings that affect sampling.
+    """
     texture = pv.Texture(image)
     texture.SetWrap(wrap)
     texture.SetBorderColor(*border)
