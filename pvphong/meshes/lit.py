@@ -207,7 +207,7 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` if the lit colours of the surface `source` cannot have the name `name`.
+    """Raise ``ValueError`` if lit colours of the surface `source` cannot have the name `name`.
 
     The name must not be empty, nor that of an array that the lighting reads.
     """

@@ -51,7 +51,7 @@ def _errors_at(
 
     `weights` are the barycentric coordinates of s places in each triangle, shape (m, s, 3) or (s, 3). Lights with a
     size are sampled. Only the part of a difference that exceeds the noise of the samples counts. With `enough`,
-    differences below it may be underestimated.
+    differences below it may be underestimated. `corners`, shape (m, 3), are the vertices of m triangles.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)

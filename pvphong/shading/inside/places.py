@@ -137,7 +137,8 @@ def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield the places where a light's contribution is largest, in triangles where this is not at a corner.
 
     At such a peak, the length of a vector that varies over the triangle is smallest. The vector is the chord D of a
-    highlight, the offset from a spot's axis, or the offset from a light at a position.
+    highlight, the offset from a spot's axis, or the offset from a light at a position. `corners`, shape (m, 3), are the
+    vertices of m triangles.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -257,7 +258,7 @@ _SMOOTH = 2.0
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
     """Yield places at creases: in each triangle, places where one of several values changes its sign.
 
-    The values are:
+    `corners`, shape (m, 3), are the vertices of m triangles. The values are:
 
     - n·l, at a light's terminator;
     - n·v, or n along the view axis, where a two-sided surface turns;

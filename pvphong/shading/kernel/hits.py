@@ -163,7 +163,8 @@ def look_around(
     met
         Output, shape (count, end − begin): number of the chosen vertex; −1 if a ray hits nothing or the back of a
         triangle.
-    others As for `rays.look_at_part`.
+    others
+        As for `rays.look_at_part`.
 
     Returns
     -------

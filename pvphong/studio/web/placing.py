@@ -33,7 +33,17 @@ def _distance(name: str, value: Any, **limits: Any) -> float | None:
 
 @dataclass(frozen=True)
 class Placing:
-    """Place of a light, relative to its target."""
+    """Place of a light, relative to its target.
+
+    Parameters
+    ----------
+    azimuth : float
+        Direction of the light, in degrees clockwise from +y as seen from above: 90 is at +x, -90 at -x.
+    elevation : float
+        Angle of the light above the horizontal plane of its target, in degrees.
+    distance : float, optional
+        Distance of the light from its target; None for a light without a position.
+    """
 
     azimuth: float = check.field(partial(_turn, at_least=-180.0, at_most=180.0), 0.0, unit="°")
     elevation: float = check.field(partial(check.number, at_least=-90.0, at_most=90.0), 0.0, unit="°")
@@ -67,7 +77,13 @@ def placing_of(shown: LightInScene) -> Placing | None:
 
 
 def placed(shown: LightInScene, placing: Placing) -> Light:
-    """Return the light at another place relative to its target, in world coordinates. It still shines on the target."""
+    """Return the light at another place relative to its target, in world coordinates. It still shines on the target.
+
+    Raises
+    ------
+    ValueError
+        If the light would be at its target.
+    """
     light, target, offset = shown.light, _target(shown), placing.offset
     if not offset.any():
         check.refuse("distance", placing.distance, "> 0", "A light cannot be at its target.")

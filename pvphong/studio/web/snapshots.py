@@ -27,7 +27,21 @@ _QUALITY = 92  # of JPEG pictures
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A stored state of the document."""
+    """A stored state of the document.
+
+    Parameters
+    ----------
+    number : int
+        Number of the snapshot, unique in a studio.
+    state : DocumentState
+        Lights, materials, light model, display and the file that is shown.
+    viewer : Viewer
+        The camera.
+    picture : bytes
+        The view without gizmos, as JPEG.
+    about : str
+        Short description: the lights that were on.
+    """
 
     number: int
     state: DocumentState
