@@ -235,7 +235,7 @@ def test_of_many_vertices_it_follows_when_a_drag_ends_in_the_lights_colours_mean
     with pytest.raises(AssertionError):
         window.check(bounces=0)
     window.phong.mesh(window.actors[0]).material = ph.Material(diffuse=1.5)
-    with pytest.warns(LightingWarning, match=r"got one with a total reflectance of 1\.5\."):
+    with pytest.warns(LightingWarning, match=r"got a material with a total reflectance of 1\.5\."):
         window.plotter.render()
 
 
