@@ -314,7 +314,10 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.daylight)
     def daylight(self, times: Any, place: Place, weather: Any = None, **options: Any) -> dict[str, daylights.Daylight]:
-        """Return the light of sun and sky on each dataset. The other blocks may block light too; none reflect any."""
+        """Return the light of sun and sky on each dataset.
+
+        Other blocks may block light, but reflect none.
+        """
         if options.get("bounces"):
             remedy = "Join the blocks for bounces: blocks.combine().extract_surface().phong.daylight(...)."
             check.refuse("bounces", options["bounces"], "0 for blocks", remedy)
@@ -423,9 +426,10 @@ class BlocksPhong(Handle):
     def _own(
         self, scene: Scene, material: Materials, options: dict[str, Any], transports: Iterable[Any] | None = None
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
-        """Yield each dataset's material, and its options with its own visibility or occluders.
+        """Yield the material and the options of each dataset, in order.
 
-        With `transports`, the options also include the dataset's part of the transport.
+        The options are `options`, with the dataset's own visibility or occluders in place of those of all blocks.
+        `transports` are the datasets' parts of a light transport; if given, they become the option `transport`.
         """
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
@@ -435,9 +439,10 @@ class BlocksPhong(Handle):
     def _each(
         self, method: str, scene: Scene, own: Iterator[tuple[Material | str, dict[str, Any]]]
     ) -> Callable[[pv.DataSet], Any]:
-        """Return a function of a dataset that calls the dataset's `phong` method `method` with the common scene.
+        """Return a function of a dataset that calls the dataset's method `phong.<method>` with the common scene.
 
-        The function must be called for all datasets in order: each call takes the next material and options from `own`.
+        The function must be called once for each dataset, in order: each call takes the next material and options from
+        `own`.
         """
 
         def call(block: pv.DataSet) -> Any:
@@ -449,9 +454,10 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """Call `refine` or `interpolation_error`, the methods that evaluate colours inside triangles, for each block.
+        """Call the method `method` of each block, with the common scene: `refine` or `interpolation_error`.
 
-        Light that bounces between the blocks is computed only at their vertices.
+        Both methods evaluate colours inside triangles. Light that bounces between the blocks is computed only at their
+        vertices.
         """
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:
@@ -464,20 +470,23 @@ class BlocksPhong(Handle):
         return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
-        """Return all datasets as surfaces that exchange light."""
+        """Return all datasets as surfaces that exchange light by reflection."""
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
         """Return the light transport between the blocks: the option `transport`, or else a new one.
 
-        The option is removed from `options`. The rays of a new transport are cast on demand.
+        The option is removed from `options`. A new transport casts its rays when they are needed.
         """
         given, occluders = options.pop("transport", None), options.get("occluders", ())
         surfaces = self._surfaces(*(options.get(name) for name in _OF_SURFACES))
         return transports.checked_transport(given, surfaces, occluders)
 
     def _materials(self, material: Materials) -> list[Material]:
-        """Return each dataset's material, in order. A colormap without a range gets that of its array in all blocks."""
+        """Return the material of each dataset, in order.
+
+        A colormap without a range gets the range of its array in all blocks.
+        """
         if not isinstance(material, Mapping):
             meshes = leaves(self._blocks)
             return [over_all(as_material(material), meshes)] * len(meshes)

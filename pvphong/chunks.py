@@ -33,7 +33,7 @@ _ARGUMENTS = ("points", "normals", _VISIBILITY)
 
 
 def _taking_chunks(whole: Callable[Given, Shading]) -> Callable[Given, Shading]:
-    """Extend `evaluation.evaluate` to Dask arrays."""
+    """Return a function like `whole` that also accepts Dask arrays; `whole` is `evaluation.evaluate`."""
 
     @wraps(whole)
     def evaluate(points: Any, normals: Any, scene: Any, material: Any, **options: Any) -> Shading:
@@ -50,7 +50,7 @@ evaluate = _taking_chunks(evaluation.evaluate)
 
 
 def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the per-vertex arrays by name: arrays among the arguments, and the material's maps and tangents.
+    """Return the arrays with a row per vertex, by name: from arguments, and from the material's maps and tangents.
 
     `given` has all arguments of `evaluate` by name.
     """
@@ -63,7 +63,10 @@ def _arrays_of(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_colors(material: Any) -> Any:
-    """Return the material with maps of colours in place of colormaps of arrays. Maps of Dask arrays are lazy too."""
+    """Return the material with each colormap of an array replaced by a map of its colours.
+
+    If the array is a Dask array, the map is lazy too.
+    """
     maps = material.maps if isinstance(material, Material) else {}
     given = {name: each for name, each in maps.items() if isinstance(each, Colormap)}
     colors = {name: Map(_colors(name, each)) for name, each in given.items() if not isinstance(each.scalars, str)}
@@ -97,9 +100,10 @@ def _colors(name: str, colormap: Colormap) -> Any:
 
 
 def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shading:
-    """Return a `Shading` of Dask arrays. Arguments are checked now; the values in arrays are checked in each task.
+    """Return a `Shading` of Dask arrays.
 
-    `given` has the per-vertex arrays by name, and `options` the other arguments of `evaluate`.
+    `given` has the per-vertex arrays by name, and `options` the other arguments of `evaluate`. Arguments are checked at
+    once; the values in arrays are checked in each task.
     """
     from dask.array import blockwise, map_blocks
 
@@ -134,13 +138,19 @@ def _evaluate_chunks(given: dict[str, Any], scene: Any, **options: Any) -> Shadi
 
 
 def _lit(*arrays: Any, names: Sequence[str], **options: Any) -> Shading:
-    """Light one chunk of the arrays with these names, without additional threads."""
+    """Light one chunk without additional threads.
+
+    `arrays` are the chunk's arrays, and `names` their names. `options` are the other arguments of `evaluate`.
+    """
     with threads.limited(1):
         return _evaluated(dict(zip(names, arrays, strict=True)), **options)
 
 
 def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> Shading:
-    """Call `evaluate` with arrays by name; arrays that are not arguments of `evaluate` become maps of the material."""
+    """Call `evaluate` with arrays by name.
+
+    An array whose name is not an argument of `evaluate` becomes a map of the material.
+    """
     own = {name: array for name, array in arrays.items() if name in _ARGUMENTS}
     maps = {name: Map(array) for name, array in arrays.items() if name not in _ARGUMENTS}
     if maps:
@@ -149,7 +159,7 @@ def _evaluated(arrays: Mapping[str, Any], *, material: Any, **options: Any) -> S
 
 
 def _framed(scene: Scene, points: Any, matrix: Any) -> Any:
-    """Return a delayed scene with a viewer that sees all points under the model matrix."""
+    """Return the scene, as a delayed object, with a viewer that sees all points under the model matrix."""
     from dask import delayed
 
     def ends(chunk: Any) -> Float64Array:
@@ -234,5 +244,5 @@ def _lengths(name: str, rows: tuple[float, ...]) -> str:
 
 
 def _unit(name: str) -> str:
-    """Return what holds a vertex in the array `name`: "row" or "column"."""
+    """Return the word for the part of the array `name` that belongs to one vertex: "row" or "column"."""
     return "column" if name == _VISIBILITY else "row"

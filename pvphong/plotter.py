@@ -193,7 +193,7 @@ class PlotterPhong(Readings, Handle):
         return actors if isinstance(mesh, pv.MultiBlock) else actors[0]
 
     def _draw(self, mesh: Any, array: str, options: dict[str, Any]) -> pv.Actor:
-        """Draw a mesh in the colours of the point array `array`."""
+        """Draw a mesh in the colours of its point array `array`; `options` are those of `pyvista.Plotter.add_mesh`."""
         draw = functools.partial(self._plotter.add_mesh, mesh, scalars=array, rgb=True, lighting=False, **options)
         actor = self._subplot.add_unlit(draw)
         actor.prop.color = "white"  # VTK's exporters write this colour too, and glTF multiplies vertex colours by it
@@ -614,7 +614,7 @@ class PlotterPhong(Readings, Handle):
         browser: bool = True,
         keep: str | os.PathLike[str] | None = None,
     ) -> Any:
-        """Edit lights, materials and light model of the active subplot in a web page that shows the gizmos.
+        """Open a web page for the active subplot, to edit its lights, materials and light model; it shows the gizmos.
 
         Needs the extra `trame`. Edits change the plotter itself: its `lights`, its `scene` and the materials. In a
         notebook, the call returns and the page appears below the cell. Elsewhere, the call prints the page's address
@@ -672,7 +672,10 @@ class PlotterPhong(Readings, Handle):
         self._history.clear()
 
     def __plotter_deep_clean__(self) -> None:
-        """Release all resources too, because a cleaned plotter has no camera but may still receive events."""
+        """Release all resources, as when the plotter is closed.
+
+        A cleaned plotter has no camera, but may still receive events.
+        """
         self.__plotter_close__()
 
 

@@ -1,4 +1,4 @@
-"""Errors in VTK's callbacks fail tests; plotters are closed after each."""
+"""Errors in VTK's callbacks fail tests; plotters are closed after each and draw one sample for each pixel."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import pyvista as pv
+from browsers import new_browser
 
 from pvphong.shading import kernel
 
@@ -27,6 +28,9 @@ _LONGEST = (
     *("test_refine_far_away", "test_refine", "test_refine_shadows", "test_refusals", "test_commands", "test_sides"),
 )
 """Files whose tests take long. They run first, with those in browsers, so that several processes end together."""
+
+
+pv.global_theme.multi_samples = 1  # more take a processor twice as long, and images are compared with each other
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -68,3 +72,22 @@ def new_plotter() -> Iterator[Callable[..., pv.Plotter]]:
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One browser for all files, because its start takes seconds."""
+    browser = new_browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.quit()
+
+
+@pytest.fixture(scope="module")
+def driver(browser: Any) -> Iterator[Any]:
+    """The browser, without what the file before has left."""
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    browser.get("about:blank")
+    browser.get_log("browser")
+    yield browser
+    browser.get("about:blank")
+    assert len(browser.window_handles) == 1

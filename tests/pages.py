@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from io import BytesIO
 
 import numpy as np
@@ -63,6 +64,16 @@ class Page:
 
     def click(self, name, inside=None):
         self.all(name, inside)[0].click()
+
+    def download(self, what, path):
+        """Click on a download, and wait for its file. Where the panel moved under the click, click again."""
+        how = {"behavior": "allow", "downloadPath": str(path.parent)}
+        self.driver.execute_cdp_cmd("Browser.setDownloadBehavior", how)
+        for _ in range(4):
+            self.click(f"download-{what}")
+            with suppress(AssertionError):
+                return self.until(path.exists, seconds=20.0)
+        raise AssertionError(f"{path.name} was not downloaded")
 
     def input(self, name, inside=None):
         return self.all(name, inside)[0].find_element("css selector", "input")

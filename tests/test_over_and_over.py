@@ -96,7 +96,7 @@ def window():
 
 
 def main(what, count):
-    pv.global_theme.multi_samples = 1  # eight take a processor four times as long
+    pv.global_theme.multi_samples = 1  # more take a processor twice as long
     found, shown = [], window() if what == "update" else None
     for number in range(count + 1):
         if what == "window":

@@ -56,10 +56,9 @@ def number(
     at_most: float = math.inf,
     remedy: str = "",
 ) -> float:
-    """Return a finite real number within the bounds, as a float; refuse any other value.
+    """Return `value` as a float if it is a finite real number within the bounds; else raise ValueError.
 
-    The value may equal `at_least` and `at_most`, but must be greater than `above`. `remedy` is a sentence that ends the
-    message.
+    The value must be >= `at_least`, > `above` and <= `at_most`. `remedy` is a sentence that ends the message.
     """
     if type(value) is float and math.isfinite(value) and at_least <= value <= at_most and value > above:
         return value  # the usual case, kept fast for files with many lights
@@ -78,7 +77,7 @@ def number(
 
 
 def whole(name: str, value: Any, *, at_least: int, at_most: float = math.inf) -> int:
-    """Return a whole number within the bounds, as an int; refuse any other value."""
+    """Return `value` as an int if it is a whole number within the bounds; else raise ValueError."""
     result = number(name, value, at_least=at_least, at_most=at_most)
     if not result.is_integer():
         upper = f" and <= {at_most:g}" if at_most < math.inf else ""
@@ -87,14 +86,14 @@ def whole(name: str, value: Any, *, at_least: int, at_most: float = math.inf) ->
 
 
 def flag(name: str, value: Any) -> bool:
-    """Return True or False as a Python bool; refuse all types but Python's and NumPy's bool."""
+    """Return `value` as a Python bool if it is a bool of Python or NumPy; else raise ValueError."""
     if not isinstance(value, (bool, np.bool_)):
         refuse(name, value, "True or False")
     return bool(value)
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
-    """Return `value` if it is an allowed string; else refuse it.
+    """Return `value` if it is one of the allowed strings; else raise ValueError.
 
     The message lists the allowed strings and suggests the nearest one.
     """
@@ -115,20 +114,23 @@ def meant(value: Any, options: Iterable[str]) -> str:
 
 
 def text(name: str, value: Any) -> str:
-    """Return `value` if it is a string; else refuse it."""
+    """Return `value` if it is a string; else raise ValueError."""
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
 
 
 def vector(name: str, value: Any) -> Vector:
-    """Return three finite numbers as a tuple of floats; refuse any other value."""
+    """Return `value`, three finite numbers, as a tuple of floats; raise ValueError for any other value."""
     x, y, z = numbers_in(name, value, 3)
     return x, y, z
 
 
 def direction(name: str, value: Any) -> Vector:
-    """Return three finite numbers, not all zero, as a tuple of floats, not normalized; refuse any other value."""
+    """Return `value`, three finite numbers that are not all zero, as a tuple of floats.
+
+    The tuple is not normalized. Any other value raises ValueError.
+    """
     result = vector(name, value)
     if not any(result):
         refuse(name, value, "a direction, three finite numbers that are not all zero")
@@ -136,7 +138,7 @@ def direction(name: str, value: Any) -> Vector:
 
 
 def numbers_in(name: str, value: Any, count: int) -> tuple[float, ...]:
-    """Return a sequence or array of `count` finite numbers as a tuple of floats; refuse any other value."""
+    """Return `value`, `count` finite numbers, as a tuple of floats; raise ValueError for any other value."""
     if _are_floats(value, count):
         return tuple(value)
     allowed = f"{count} finite numbers"
@@ -154,7 +156,7 @@ def _are_floats(value: Any, count: int) -> bool:
 
 
 def color(name: str, value: Any) -> Color:
-    """Return a linear colour: a float for grey, or three floats.
+    """Return `value` as a linear colour: a float for grey, or three floats.
 
     The value is a number, three numbers, or one of PyVista's colour names or hex strings. Floats are kept bit for bit
     and may exceed 1 (a bright light). Integer triples with an entry above 1 are refused, because they are probably
@@ -187,7 +189,7 @@ def color(name: str, value: Any) -> Color:
 
 
 def array(name: str, value: Any, *, count: int | None = None, allowed: str = _ROWS) -> FloatArray:
-    """Return an (n, 3) array of float32 or float64; other real types are converted to float64.
+    """Return `value` as an (n, 3) array of float32 or float64; other real types are converted to float64.
 
     Parameters
     ----------
@@ -222,9 +224,9 @@ def array(name: str, value: Any, *, count: int | None = None, allowed: str = _RO
 
 
 def real_array(name: str, value: Any, allowed: str) -> Any:
-    """Return array_like integers or floats as an array, of any shape.
+    """Return `value`, integers or floats in any shape, as an array.
 
-    Ragged lists, strings, objects, complex numbers and masked entries are refused; `allowed` describes the allowed
+    Ragged lists, strings, objects, complex numbers and masked entries raise ValueError; `allowed` describes the allowed
     values in the message.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -290,7 +292,10 @@ def fields(instance: Any) -> None:
 
 
 def keywords(kind: Any, given: Iterable[str]) -> None:
-    """Raise ``TypeError`` if a name in `given` is not a field of the dataclass `kind`; suggest the nearest field."""
+    """Raise ``TypeError`` if a name in `given` is not a field of the dataclass `kind`.
+
+    The message suggests the nearest field.
+    """
     known = [each.name for each in dataclasses.fields(kind)]
     for name in given:
         if name not in known:

@@ -24,7 +24,7 @@ white."""
 
 
 def linear_from_srgb(encoded: Float64Array) -> Float64Array:
-    """Convert sRGB values, an array of any shape, to linear light; values outside [0, 1] follow the same curve."""
+    """Convert sRGB values, an array of any shape, to linear light. Values may be outside [0, 1]."""
     with np.errstate(invalid="ignore"):
         curve = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
     return np.where(encoded <= 0.04045, encoded / 12.92, curve)
@@ -44,7 +44,7 @@ def xyz_from_rgb(rgb: FloatArray) -> FloatArray:
 
 
 def luminance(color: ColorLike) -> float:
-    """Return the relative luminance of a linear colour, Y of CIE XYZ: 1 for white."""
+    """Return the relative luminance of a linear colour, the Y of CIE XYZ: 1 for white."""
     return float(XYZ_OF_RGB[1] @ channels_of(color))
 
 

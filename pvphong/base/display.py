@@ -130,8 +130,8 @@ class Display:
 def _filmic(exposed: FloatArray) -> FloatArray:
     """Apply the filmic curve to colours after exposure.
 
-    With s = `_SHOULDER`, the curve is x up to s, and s + (1 − s) (1 − exp(−(x − s) / (1 − s))) above. Its slope is
-    continuous at s.
+    With s = `_SHOULDER` and x a channel of a colour, the curve is x up to s, and s + (1 − s) (1 − exp(−(x − s) / (1 −
+    s))) above. Its slope is continuous at s.
     """
     rest = np.float32(1.0 - _SHOULDER)
     beyond = np.maximum(exposed - np.float32(_SHOULDER), np.float32(0.0))
@@ -140,7 +140,7 @@ def _filmic(exposed: FloatArray) -> FloatArray:
 
 
 def _false_colors(exposed: FloatArray) -> ByteArray:
-    """Return the false colours for linear colours after exposure, shape (n, 3), by their bands of luminance."""
+    """Return the false colour of each linear colour, shape (n, 3), by its band of luminance after exposure."""
     limits, colors = zip(*_FALSE_COLORS, strict=True)
     with np.errstate(divide="ignore"):
         stops = np.log2(exposed @ XYZ_OF_RGB[1].astype(np.float32) / np.float32(_MIDDLE_GREY))

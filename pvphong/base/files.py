@@ -47,11 +47,12 @@ killed."""
 
 @contextmanager
 def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path next to `path`; the file is moved to `path` at the end, or removed if anything fails.
+    """Yield a temporary path next to `path`; after the block, move the file from there to `path`.
 
-    The temporary name has the suffix of `path` in lower case, because writers choose their format by the suffix. An
-    existing file is replaced atomically once the new file is on the disk. Its mode and owner are kept, and links to it
-    stay valid. If `path` is a pipe or a character device, the content is copied into it.
+    If anything fails, the temporary file is removed. The temporary name has the suffix of `path` in lower case, because
+    writers choose their format by the suffix. An existing file is replaced atomically once the new file is on the disk.
+    Its mode and owner are kept, and links to it stay valid. If `path` is a pipe or a character device, the content is
+    copied into it.
 
     Raises
     ------
@@ -91,10 +92,10 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _refuse_target(target: Path, old: os.stat_result | None) -> None:
-    """Raise ``ValueError`` if a file cannot be written to the path `target`.
+    """Raise ``ValueError`` if no file can be written to the path `target`.
 
-    The target's folder must exist. If something exists at the path, it must be a regular file that can be written;
-    `old` is then its status, else None.
+    The target's folder must exist. If something exists at the path, it must be a regular file that can be written.
+    `old` is its status, or None if nothing exists there.
     """
     if not target.parent.is_dir():
         check.refuse("path", target, "in a folder that exists", f"Create {target.parent} first.")
@@ -213,9 +214,9 @@ def write_json(document: Any, path: str | os.PathLike[str]) -> None:
 def locked(path: Path, *, makes: bool = True) -> Iterator[bool]:
     """Lock a file for the duration of the block; yield True if this process has the lock, else False.
 
-    False means that the file is missing, cannot be created or locked, or was removed in the meantime. If `makes` is
-    true, a missing file is created; it is not removed at the end. The system releases the lock when the process that
-    holds it ends.
+    False means that the file is missing, cannot be created or locked, or was removed in the meantime. If `makes`, a
+    missing file is created; it is not removed at the end. The system releases the lock when the process that holds it
+    ends.
     """
     try:
         file = path.open("ab" if makes else "r+b")

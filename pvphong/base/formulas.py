@@ -47,7 +47,7 @@ LEAST_SQUARE = np.float32(FAINTEST)
 
 
 def formula(function: Function) -> Function:
-    """Mark a function as a formula, so that compiled code can call the function too, and return the function."""
+    """Mark a function as a formula, which compiled code can call too; return the function unchanged."""
     FORMULAS.append(function)
     return function
 
@@ -111,7 +111,7 @@ def nearest(x: Any) -> Any:
 
 
 def over_its_size(x: Any) -> Any:
-    """Return the power of two that multiplied by x gives a number in [1, 2), for 0 < x <= 2¹⁰⁰⁰.
+    """Return the power of two whose product with x is in [1, 2), for 0 < x <= 2¹⁰⁰⁰.
 
     For greater x, return the result for 2¹⁰⁰⁰.
     """
@@ -139,18 +139,27 @@ def log1p(x: Any) -> Any:
 
 
 def power_less_one(less: Any, exponent: Any) -> Any:
-    """Return zᵖ − 1 for z = max(1 − `less`, 0) and p = `exponent`, accurate near z = 1 too; 0⁰ is 1."""
+    """Return zᵖ − 1 for z = max(1 − `less`, 0) and p = `exponent`; 0⁰ is 1.
+
+    The result is accurate near z = 1 too.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(exponent > 0.0, np.expm1(exponent * np.log1p(-np.minimum(less, 1.0))), 0.0)
 
 
 def any_of(conditions: Any) -> Any:
-    """Return True if `conditions` is true for at least one vertex; `if any_of(...)` skips work that no vertex needs."""
+    """Return True if `conditions` is true for at least one vertex.
+
+    With `if any_of(...)`, a formula skips work that no vertex needs.
+    """
     return np.any(conditions)
 
 
 def largest(x: Any) -> Any:
-    """Return the largest of whole numbers x >= 0 as an int: the number of loop steps that suffices for all vertices."""
+    """Return the largest of the whole numbers x >= 0 as an int.
+
+    Formulas use it as the number of loop steps that suffices for all vertices.
+    """
     return int(np.max(x, initial=0.0))
 
 
@@ -160,7 +169,7 @@ def exponential(x: Any) -> Any:
 
 
 def chord_power(squared: Any, exponent: Any, floor: float = 0.0) -> Any:
-    """Return max(f, floor)ⁿ for a cosine f, given the chord of its angle: f = 1 − ½|C|², with the chord C.
+    """Return max(f, floor)ⁿ for a cosine f, given by the chord C of its angle: f = 1 − ½|C|².
 
     Parameters
     ----------
@@ -214,8 +223,8 @@ class Power(NamedTuple):
     def numbers(self) -> tuple[float, float, float]:
         """Three numbers by which compiled code computes the power.
 
-        The first is n, limited to float32's range. The second is log2(floor). The third is a squared length of the
-        angle's chord: at this length and above, the power is 0.
+        The first is n, limited to float32's range. The second is log2(floor). The third is a limit of the squared chord
+        |C|², where f = 1 − ½|C|²: at this limit and above, the power is 0.
         """
         exponent = self.exponent and max(FAINTEST, min(self.exponent, BRIGHTEST))
         log_floor = math.log2(self.floor) if self.floor else -math.inf
@@ -282,5 +291,8 @@ def cross(a: Any, b: Any) -> Any:
 
 @formula
 def inverse_length(squared: Any) -> Any:
-    """Return 1 over the length of a vector, given its squared length; for a zero vector, a finite number."""
+    """Return 1 divided by the length of a vector; `squared` is the squared length.
+
+    For a zero vector, the result is a finite number.
+    """
     return ONE / sqrt(maximum(squared, LEAST_SQUARE))

@@ -15,12 +15,12 @@ from pvphong.base import check
 class Handle:
     """Base class of handles: setting an attribute that the class does not declare raises AttributeError.
 
-    Names that begin with an underscore are not checked, nor are attributes of classes that users derive from a handle.
-    Attributes that are set in `__init__` are declared by an annotation in the class.
+    Two kinds of attributes are not checked: names that begin with an underscore, and attributes of classes that users
+    derive from a handle. Attributes that are set in `__init__` are declared by an annotation in the class.
     """
 
     _instead: ClassVar[Mapping[str, str]] = {}
-    """Common wrong names → the intended attributes, for names that are spelt too differently to be found."""
+    """Common wrong names → the intended attributes. It is for names too different for a search by spelling."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         kind: Any = type(self)

@@ -15,7 +15,7 @@ _load: list[Callable[[], Any]] = []
 
 
 def answered_by(load: Callable[[], Any]) -> None:
-    """Register a function that imports and returns the module `pvphong.vtk.lights`; `answers` calls it."""
+    """Register the function `load`, which imports and returns the module `pvphong.vtk.lights`; `answers` calls it."""
     _load[:] = [load]
 
 

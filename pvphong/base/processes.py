@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes. If the limit expires and
-the worker has read data in the meantime, the limit starts again."""
+"""Time limit for reading a file: `SECONDS`, and one second for every `BYTES_PER_SECOND` bytes.
+
+When the limit expires, it starts again if the worker has read data since the last start.
+"""
 
 VERBOSE = "--verbose"
 """Option with which the worker shows the output of libraries, and the traceback of an unexpected error."""
@@ -47,7 +49,7 @@ def say(what: str, more: object = "") -> None:
 
 
 def environment() -> "dict[str, str]":
-    """Return this process's environment variables, with a PYTHONPATH by which a child finds the same modules."""
+    """Return the environment variables for a child process, with a PYTHONPATH by which it finds the same modules."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path)}
 
 
@@ -147,7 +149,7 @@ def begin_work(end: int) -> None:
 
 @contextmanager
 def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
-    """Announce to the watcher that the block reads the file `path`, so that the watcher can limit the time.
+    """Announce to the watcher that the block reads the file `path`. The watcher then limits the time.
 
     On Linux, memory is limited to what is free: a corrupt file may request huge allocations, which then fail before the
     system stalls. In a nested block, or in a process without a watcher, the function has no effect.
@@ -179,7 +181,7 @@ def reading(path: "str | os.PathLike[str]") -> "Iterator[None]":
 
 
 def available_memory() -> int | None:
-    """Return how many bytes can be allocated without swapping; None if the system does not report it."""
+    """Return the number of bytes that can be allocated without swapping; None if the system does not report it."""
     return _bytes_in("/proc/meminfo", "MemAvailable:") if sys.platform == "linux" else None
 
 

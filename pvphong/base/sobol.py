@@ -58,8 +58,11 @@ def _apart(exponent: int) -> int:
 
 
 NEIGHBOURS = (0, *(_apart(exponent) for exponent in range(1, MOST.bit_length())))
-"""Entry m is for the first 2ᵐ points. If the unit square is divided into 2ᵐ⁻¹ cells, which are equal squares or halves
-of squares, the points k and (k xor entry m) lie in the same cell."""
+"""Differences, by xor, between the numbers of points that are close together. Entry m is for the first 2ᵐ points.
+
+If the unit square is divided into 2ᵐ⁻¹ equal cells, squares or halves of squares, the points k and (k xor entry m) lie
+in the same cell.
+"""
 
 
 @functools.lru_cache(maxsize=64)

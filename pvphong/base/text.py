@@ -48,7 +48,7 @@ def rendered(parts: Iterable[Any]) -> str:
 
 
 def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
-    """Return the names and values of those fields of a dataclass that differ from their defaults, in one line.
+    """Return the fields of a dataclass instance that differ from their defaults, as names and values in one line.
 
     Fields whose names are in `without` are omitted.
     """
@@ -59,7 +59,10 @@ def changed_fields(value: Any, without: Sequence[str] = ()) -> str:
 
 
 def html_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a small HTML table for a notebook; all text is escaped. Without headings, the table has no header row."""
+    """Return a small HTML table for a notebook; all text is escaped.
+
+    If `headings` is empty, the table has no header row.
+    """
     body = ""
     for kind, cells in [("th", headings)] * bool(headings) + [("td", row) for row in rows]:
         inner = "".join(f'<{kind} style="text-align: left">{escape(cell)}</{kind}>' for cell in cells)
@@ -77,9 +80,9 @@ _subject: ContextVar[str] = ContextVar("subject", default="")
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Within the block, report the progress of work to a listener; None switches reports off.
+    """Within the block, report the progress of work to `listener`; None switches reports off.
 
-    A listener is a function of the work's name and the finished fraction.
+    A listener is a function with two arguments: the name of the work, and the finished fraction.
     """
     token = _listener.set(listener)
     try:

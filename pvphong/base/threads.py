@@ -28,15 +28,15 @@ _unpaused: ContextVar[threading.Event | None] = ContextVar("unpaused", default=N
 
 
 class StoppedError(Exception):
-    """Raised in work that has been cancelled by the event of `stopped_by`."""
+    """Raised in work that has been cancelled, by setting the event of `stopped_by`."""
 
 
 @contextlib.contextmanager
 def stopped_by(event: threading.Event, unpaused: threading.Event | None = None) -> Iterator[None]:
     """Make the work in the block cancellable: once `event` is set, `run` and `go_on` raise `StoppedError`.
 
-    With `unpaused`, `run` and `go_on` also wait while that event is not set. To cancel work that waits, set `event` and
-    then `unpaused`.
+    `unpaused` makes the work pausable too: `run` and `go_on` wait while this event is not set. To cancel paused work,
+    set `event` and then `unpaused`.
     """
     token, pause = _stop.set(event), _unpaused.set(unpaused)
     try:
@@ -91,7 +91,7 @@ def limited(threads: int) -> Iterator[None]:
 
 @functools.lru_cache(maxsize=1)
 def _executor(_process: int) -> ThreadPoolExecutor:
-    """Return the thread pool of the process with this ID. A fork needs a new pool, because threads do not survive it.
+    """Return the thread pool of the process with this ID. After a fork, a child needs its own pool.
 
     The pool starts threads when they are needed, and keeps them.
     """

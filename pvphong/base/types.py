@@ -37,7 +37,7 @@ Weighting = Literal["angle", "area", "max"]
 
 
 def rgb(color: ColorLike) -> Vector:
-    """Return red, green and blue of a colour in the form that `check.color` returns; a single float is grey."""
+    """Return red, green and blue of a colour that `check.color` has returned; a single float is a grey."""
     if isinstance(color, float):
         return color, color, color
     red, green, blue = cast("Vector", color)
@@ -45,7 +45,10 @@ def rgb(color: ColorLike) -> Vector:
 
 
 class InitSignature:
-    """Descriptor for a class's `__signature__`, so that `inspect` shows the parameters of `__init__`, not `__new__`."""
+    """Descriptor for a class's `__signature__`, by which `inspect` shows the parameters of `__init__`.
+
+    By default, `inspect` would show those of `__new__`.
+    """
 
     def __get__(self, _instance: object, kind: type) -> inspect.Signature:
         whole = inspect.signature(getattr(kind, "__init__"))  # noqa: B009 mypy refuses `kind.__init__`

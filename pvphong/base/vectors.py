@@ -123,7 +123,7 @@ def moderate(w: FloatArray, real: Any = np.float64) -> tuple[Any, Any]:
 def _squares(w: NDArray[Real]) -> tuple[NDArray[Real], BoolArray | None]:
     """Compute the squared lengths of the columns of a (3, n) array, and find those outside the safe range.
 
-    The results are the squared lengths, and a mask that is True outside the safe range; None if all are inside it.
+    Return the squared lengths, and a mask that is True outside the safe range. The mask is None if all are inside it.
     """
     square = dot(w, w)
     if square.min(initial=1.0) >= _LEAST and square.max(initial=1.0) <= _MOST:  # a NaN fails both

@@ -29,20 +29,20 @@ _ADDRESS = "a distributed.Client, or the address of a running Dask scheduler suc
 
 
 class _Task:
-    """A task that a `Here` client has run, with its value. Tasks are compared by identity, so that they can be keys."""
+    """Finished task of a `Here` client, with its value. Tasks are compared by identity, so that they can be keys."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
 
 
 class Here:
-    """Client that runs tasks in this process, one after the other, for a single file if Dask is not installed."""
+    """Client that runs tasks in this process, one after the other. It lights a single file if Dask is not installed."""
 
     def submit(self, work: Callable[..., Any], *given: Any, pure: bool) -> Any:  # noqa: ARG002 as of Dask's
         """Call `work` with the arguments `given` at once, and return a finished task.
 
-        An argument that is a task is replaced by its value. If the call raises, the task's value is a `Result` with the
-        reason. `pure` is ignored; Dask's clients have this parameter.
+        A task among the arguments is replaced by its value. If the call raises, the value of the new task is a `Result`
+        with the reason. `pure` is ignored; it is a parameter of Dask's clients.
         """
         try:
             return _Task(work(*(each.value if isinstance(each, _Task) else each for each in given)))
@@ -145,9 +145,9 @@ def _local(workers: int | None, held: ExitStack) -> Client:
 
 
 def _refuse_other_versions(client: Client) -> None:
-    """Raise ``ValueError`` unless a cluster has workers, all with the versions of `_PACKAGES` in this process.
+    """Raise ``ValueError`` if a cluster has no workers, or a worker has other versions of packages than this process.
 
-    Dask itself warns about different versions of its own packages.
+    Only the versions of `_PACKAGES` are compared. Dask itself warns about different versions of its own packages.
     """
     found = client.get_versions(packages=list(_PACKAGES))
     if not found["workers"]:
@@ -165,14 +165,16 @@ def _refuse_other_versions(client: Client) -> None:
 
 
 def ended(client: Client | Here, tasks: Mapping[Any, Item], *, fetches: bool = True) -> Iterator[tuple[Item, Any]]:
-    """Yield an item and a value for each task, in the order in which tasks end.
+    """Yield the item and the value of each task, in the order in which tasks end.
+
+    An item is any object that belongs to a task, such as the piece that the task lights.
 
     Parameters
     ----------
     client : Client or Here
         Client that runs the tasks.
     tasks : mapping
-        Task → item, such as the piece that the task lights.
+        Task → item.
     fetches : bool, default True
         True to yield the tasks' values. False to leave the values on the workers, and yield the tasks themselves.
 

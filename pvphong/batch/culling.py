@@ -1,11 +1,12 @@
 """Culling: selects the pieces of a surface that touch a piece, and those that may block its light.
 
 The bounding boxes of all pieces are known. A piece's normals depend on the pieces whose boxes touch its own. Its rays
-to a light depend on the pieces whose boxes meet a convex hull: that of its own box and the light or, for a directional
-light, of its own box swept towards the light. Of these pieces, only the triangles that may meet the hull are kept.
+to a light depend on the pieces whose boxes meet a convex hull. For a directional light, this is the hull of the piece's
+own box swept towards the light; for another light, it is the hull of the own box and the light. Of these pieces, only
+the triangles that may meet the hull are kept.
 
-Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other. So a piece
-has, to the bit, the visibility that it would have in a single mesh of all pieces, if points along borders were not
+Rays are cast in the coordinates of the whole surface, and vertices are numbered one piece after the other. So a
+piece has, to the bit, the same visibility as in a single mesh of all pieces in which points along borders are not
 merged.
 """
 
@@ -34,7 +35,7 @@ _RUN, _RUNS_AT_ONCE = 32, 2**11
 
 @dataclass(frozen=True)
 class Outline:
-    """Bounds of a piece, which the tasks for other pieces need.
+    """Bounds of a piece. The tasks that light other pieces need them.
 
     Attributes
     ----------
@@ -73,14 +74,14 @@ class PotentialOccluders(Generic[Name]):
     blockers: tuple[Name, ...]
 
     def may_count(self, scene: Scene, parts: Box) -> BoolArray:
-        """Return a mask of boxes, shape (m,): True if triangles in the box may block light, or the sky, for this piece.
+        """Return a mask of m boxes: True if triangles in a box may block light, or the sky, for this piece.
 
         Parameters
         ----------
         scene : Scene
             The scene. Its lights are considered if it has shadows, and the sky if it has ambient occlusion.
         parts : (low, high)
-            Corners of the boxes, shape (m, 3) each.
+            Low and high corners of the boxes, shape (m, 3) each.
         """
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
@@ -92,10 +93,10 @@ class PotentialOccluders(Generic[Name]):
         return result
 
     def blocking(self, scene: Scene, faces: BlockingFaces) -> BlockingFaces:
-        """Return those triangles of another piece that may block this piece's light in a scene.
+        """Return the triangles of another piece that may block this piece's light in a scene.
 
-        `faces` are all triangles of the other piece that block light. They are tested, and kept or dropped, in runs of
-        `_RUN` consecutive triangles.
+        `faces` are all triangles of the other piece that block light. They are tested in runs of `_RUN` consecutive
+        triangles; a run is kept or dropped as a whole.
         """
         kept = []
         for start in range(0, len(faces), _RUN * _RUNS_AT_ONCE):
@@ -118,14 +119,15 @@ def outline_of(surface: pv.PolyData) -> Outline:
 
 
 class _Boxes:
-    """Boxes to search. Larger boxes, around runs of consecutive boxes, are tested first.
+    """Boxes to search, in groups.
 
-    Consecutive pieces are near each other, so few of the boxes must then be tested.
+    A group is a run of consecutive boxes, and has a larger box around it. Groups are tested first. Consecutive pieces
+    are near each other, so few boxes must then be tested one by one.
 
     Parameters
     ----------
     boxes : sequence of (low, high)
-        At least one.
+        Low and high corners, of at least one box.
     """
 
     def __init__(self, boxes: Sequence[Box]) -> None:
@@ -143,7 +145,8 @@ class _Boxes:
         """Return the indices of the boxes for which the function `meets` returns True.
 
         `meets` takes the low and high corners of k boxes, shape (k, 3) each, and returns a mask, shape (k,). It is
-        first called for larger boxes. If it is True for a box, it must be True for every box around it.
+        first called for the larger boxes of the groups. If `meets` is True for a box, it must also be True for every
+        larger box around this box.
         """
         runs = np.flatnonzero(meets(self._around))
         rows = (self._run * runs[:, None] + np.arange(self._run)).ravel()
@@ -152,9 +155,9 @@ class _Boxes:
 
 
 def touching(outlines: Sequence[Outline]) -> Iterator[list[int]]:
-    """Yield, for each piece in order, the indices of the other pieces that may share points with it.
+    """Yield, for each piece in order, the indices of the other pieces whose boxes touch the piece's box.
 
-    These are the pieces whose boxes touch its own.
+    Only these pieces may share points with the piece.
     """
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     boxes = [everywhere if outline.points is None else outline.points for outline in outlines]

@@ -20,7 +20,7 @@ from pvphong.base.files import written_aside
 from pvphong.meshes.blocks import DEFAULT
 
 Seams = Literal["merge", "keep"]
-""""merge" gives points of several pieces with equal coordinates one normal, from all faces around them."""
+""""merge": points of several pieces with equal coordinates get one normal. "keep": each piece has its own normals."""
 
 _PATHS = "a pattern, a path, or a sequence of them"
 _INDICES = (".vtm", ".pvtp", ".pvtu", ".pvd")
@@ -51,7 +51,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Index:
-    """An index file, the path of its copy that names lit files, and these lit files in the order of the index file."""
+    """Index file, the path of its lit copy, and the lit files that the copy names, in the order of the index file."""
 
     input: Path
     output: Path
@@ -59,7 +59,10 @@ class Index:
 
 
 class ArrayType(NamedTuple):
-    """Name, type and size of an array in a lit file, as a .pvtp file declares the arrays that all its pieces have."""
+    """Name, type and size of an array in a lit file.
+
+    A .pvtp file declares in this form the arrays that all its pieces have.
+    """
 
     place: str
     """"PointData", "CellData" or "Points"."""
@@ -76,8 +79,8 @@ def paths_of(given: Any, out: Path) -> list[Path]:
     given : path, or iterable of paths
         Paths of files, and patterns such as `parts/*.vtp`.
     out : Path
-        Output folder. A file in it that a pattern matches is skipped, as a result of an earlier call. If the pattern
-        itself begins with this folder, the file is not skipped.
+        Output folder. If a pattern matches a file in this folder, the file is skipped, because it is a result of an
+        earlier call. If the pattern itself begins with this folder, the file is not skipped.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def paths_of(given: Any, out: Path) -> list[Path]:
 
 
 def _place(path: Path) -> Path:
-    """Return the absolute path of a file, for comparison with other paths.
+    """Return the absolute path of a file, by which files are compared.
 
     Links to folders are resolved, links to files are not.
     """
@@ -126,7 +129,7 @@ def is_pattern(path: str) -> bool:
 
 
 def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False) -> tuple[list[Piece], list[Index]]:
-    """Return the pieces of which the given files consist, and the index files among them.
+    """Return the pieces in the given files, and the index files among them.
 
     The lit file of a mesh is `out`/name.vtp. The lit files of an index file are in a folder named after it. In the
     result, an index file follows the index files that it names.
@@ -212,14 +215,14 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
 
 
 def write_index(index: Index, arrays: Sequence[Sequence[ArrayType]]) -> bool:
-    """Write an index file of lit files atomically; return False if an equal file exists already.
+    """Write the lit copy of an index file atomically; return False if the same file exists already.
 
     Parameters
     ----------
     index : Index
-        The index file. All other contents of a .vtm or .pvd file are kept.
+        The index file. In a .vtm or .pvd file, only the names of files are replaced.
     arrays : sequence
-        Arrays of each lit file. A .pvtp file declares the arrays that all nonempty lit files have.
+        Arrays of each lit file. A .pvtp copy declares the arrays that all nonempty lit files have.
 
     Raises
     ------
@@ -269,8 +272,9 @@ def _root(path: Path) -> ElementTree.Element:
 def _named_files(root: ElementTree.Element) -> list[tuple[ElementTree.Element, str, str]]:
     """Return a tuple for each element of an index file that names a file.
 
-    The tuple has the element, the name of its attribute with the file's path, and the path of its block, such as
-    "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the block is "".
+    The tuple has the element, the name of the attribute that holds the file's path, and the path of the block to which
+    the file belongs, such as "car/wheel". In a .pvtp, .pvtu or .pvd file, there are no blocks, and the path of the
+    block is "".
     """
     if root.get("type") in _PARALLEL:
         return [(element, "Source", "") for element in root.iter("Piece")]

@@ -73,10 +73,10 @@ class Neighbours:
 
 
 def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
-    """Return the faces of a piece's surface that may share points with other pieces, and the outline of the piece.
+    """Return the outline of a piece, and the faces of its surface that may share points with other pieces.
 
-    These are the faces with a point on the surface's boundary edges. With `of_volume`, the surface encloses a volume
-    and is closed; any of its faces may then be shared, and all are returned.
+    These faces have a point on the surface's boundary edges. `of_volume` must be True if the surface encloses a volume.
+    It is then closed, and all faces are returned, because any of them may be shared.
     """
     connectivity, offsets = polygons(surface)
     sizes = np.diff(offsets)
@@ -98,7 +98,7 @@ def border_of(surface: pv.PolyData, *, of_volume: bool = False) -> Border:
 def neighbours_of(border: Border, others: Sequence[Border]) -> Neighbours:
     """Return the faces of other pieces that have a corner at a border point of a piece.
 
-    `border` belongs to the piece, `others` to the other pieces.
+    `border` is the border of the piece, and `others` are the borders of the other pieces.
     """
     # the faces of all borders, one piece after the other. `corners` has the row of each corner among all points, and
     # `place` a number for each point, which is the same for points with equal coordinates
@@ -214,7 +214,10 @@ def _with_cells(mesh: pv.PolyData, kept: BoolArray) -> pv.PolyData:
 
 
 def _offsets(sizes: Any) -> NDArray[np.intp]:
-    """Return the start of each of several consecutive runs, and the end of the last, given the runs' sizes."""
+    """Return the start of each of several consecutive runs, followed by the end of the last run.
+
+    `sizes` has the number of items in each run.
+    """
     return np.concatenate([[0], np.cumsum(np.asarray(sizes, np.intp))]).astype(np.intp)
 
 

@@ -52,7 +52,7 @@ class Batch:
     failed : mapping of Path to str
         Files that could not be lit, with the reasons. Nothing was written for them.
     note : str
-        Remark on pieces of a surface whose normals were not merged at the seams between them; may be empty.
+        Remark if normals of neighbouring pieces of a surface were not merged along their seams; else empty.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def shade_files(
 
 @contextmanager
 def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Create the output folders. Before and after the block, remove the temporary files of killed workers there."""
+    """Create the output folders. Before and after the block, remove from them the temporary files of killed workers."""
 
     def clear() -> None:
         for folder in folders:
@@ -244,7 +244,10 @@ class _Run:
         self._job = replace(self._job, scene=scene)
 
     def span(self) -> None:
-        """Set the range of each colormap that has none: the range of the colormap's array over all pieces."""
+        """Give a range to each colormap that has none.
+
+        The range is from the least to the greatest number of the colormap's array in all pieces.
+        """
         fields = [(label, name) for label, each in self._job.materials.items() for name in unspanned(each)]
         if not fields:
             return
@@ -258,8 +261,8 @@ class _Run:
     def light(self, *, merges: bool) -> None:
         """Light all pieces that have no result yet.
 
-        With `merges`, normals that are computed from faces are those of the whole surface, also where its pieces touch.
-        Without it, each piece has its own normals.
+        If `merges`, normals that are computed from faces take the faces of touching pieces into account. Else each
+        piece has its own normals.
         """
         depend = merges or self._job.scene.light_model.needs_rays
         surfaces: dict[Any, list[Piece]] = defaultdict(list)
@@ -275,10 +278,10 @@ class _Run:
             self._end(piece, result)
 
     def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start one task per piece of a surface, to light the piece; return task → piece.
+        """Start a task for each piece of a surface that lights the piece; return task → piece.
 
-        A task receives the other pieces that may block its piece's light. With `merges`, it also receives the other
-        pieces' faces that touch its piece.
+        A task receives the other pieces that may block light of its piece. If `merges`, it also receives the faces of
+        other pieces that touch its piece.
         """
         looked = dict(self._each(look, self._left(pieces), self._job))
         made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
@@ -336,7 +339,7 @@ class _Run:
             self._results[index.output] = result
 
     def batch(self, note: str) -> Batch:
-        """Return the results of all pieces and index files as a `Batch` with the given note."""
+        """Return the results of all pieces and index files as a `Batch`. `note` is its remark on seams."""
         results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
         results += [(index.input, self._results[index.output]) for index in self._indices]
         failed = {path: result.reason for path, result in results if result.reason}
@@ -345,7 +348,10 @@ class _Run:
         return Batch(tuple(done), tuple(skipped), failed, note)
 
     def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """Start the task `work(piece, *more)`, and return it. Tasks in `more` are replaced by their values."""
+        """Start the task `work(piece, *more)`, and return it.
+
+        If an entry of `more` is itself a task, `work` gets the value of this task.
+        """
         return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
 
     def _each(
@@ -353,8 +359,8 @@ class _Run:
     ) -> Iterator[tuple[Piece, Any]]:
         """Run the task `work(piece, *more)` for each piece; yield pieces and values in the order in which tasks end.
 
-        A piece whose task fails is recorded as failed and not yielded. With `fetches` False, values stay on the
-        workers, and the task itself is yielded in place of its value.
+        A piece whose task fails is recorded as failed and not yielded. If `fetches` is False, values stay on the
+        workers, and the task is yielded in place of its value.
         """
         return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
 

@@ -69,9 +69,9 @@ class Job:
     compress: Compression = "lz4"
 
     def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which pieces cannot be lit. The settings are tried on a triangle.
+        """Raise ``ValueError`` for settings with which the pieces cannot be lit. A triangle is lit as a test.
 
-        Also refused are maps that are not names, and different materials for blocks that refer to the same file.
+        Maps that are not names are refused. Blocks that refer to the same file must have the same material.
         """
         labels = sorted({label for piece in pieces for label in piece.labels})
         material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
@@ -100,7 +100,10 @@ class Job:
 
 
 def checksum_of(value: Any) -> str:
-    """Return the SHA-256 of a value made of plain values and dataclasses; it includes the dataclasses' names."""
+    """Return the SHA-256 of a value that consists of plain values and dataclasses.
+
+    The names of the dataclasses are part of the checksum.
+    """
 
     def plain(other: Any) -> Any:
         if is_dataclass(other):
@@ -147,10 +150,10 @@ def receipt_path(output: Path) -> Path:
 
 
 def valid_receipt(piece: Piece, job: Job) -> Receipt | None:
-    """Return the receipt of a piece's lit file if it is still valid; otherwise None.
+    """Return the receipt of a piece's lit file; None if it is missing or no longer valid.
 
-    It is valid if the lit file has not changed since the receipt was written, and was lit by this version of pvphong
-    with the job's settings.
+    A receipt is valid if three conditions hold: the lit file has not changed since the receipt was written; it was lit
+    by this version of pvphong; and it was lit with the settings of `job`.
     """
     with suppress(OSError, ValueError, TypeError):
         found = json.loads(receipt_path(piece.output).read_text(encoding="utf-8"))
@@ -190,14 +193,14 @@ class Result:
 
 
 def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
-    """Return the checksum of a piece's input file, and the receipt of its lit file; None for an invalid receipt."""
+    """Return the checksum of a piece's input file, and the receipt of its lit file, or None without a valid receipt."""
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
 def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """Return the bounds x_min, x_max, …, z_max of a piece's surface, and True if it has open edges.
+    """Return the bounds of a piece's surface, and True if the surface has open edges.
 
-    The bounds are NaN if the piece has no points.
+    The bounds are x_min, x_max, y_min, y_max, z_min, z_max. They are NaN if the piece has no points.
     """
     outside, _ = _surface(piece)
     if not outside.n_points:
@@ -206,7 +209,7 @@ def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
 
 
 def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """Return, for each colormap, the range of the colormap's array in a piece."""
+    """Return the range of each colormap's array in a piece, in the order of `colormaps`."""
     mesh = read_mesh(str(piece.input))
     return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
 
@@ -218,7 +221,7 @@ def border_in(piece: Piece) -> Border:
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Read a piece, and return its outline. The outlines tell which pieces may block each other's light."""
+    """Read a piece, and return its outline. Outlines serve to find pieces that may block each other's light."""
     outside, _ = _surface(piece)
     return outline_of(outside)
 
@@ -278,9 +281,9 @@ def _checksum_of_input(piece: Piece) -> str:
 
 
 def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Read a piece's file; return its surface without ghost cells, and True if the file holds a volume.
+    """Read a piece's file; return its surface without ghost cells, and True if the file contains a volume.
 
-    A file without points, or with only ghost cells, gives an empty surface. Parallel simulations write such a file for
+    A file without points, or with ghost cells only, gives an empty surface. Parallel simulations write such a file for
     a process that has no cells.
     """
     mesh = read_mesh(str(piece.input))
@@ -322,7 +325,7 @@ def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:
-    """Describe the numeric arrays of a lit mesh, and its points last; return () for a mesh without points."""
+    """Describe the numeric arrays of a lit mesh, followed by its points; return () for a mesh without points."""
     if not lit.n_points:
         return ()
     named = [

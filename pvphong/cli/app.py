@@ -97,9 +97,9 @@ _PHRASES = {
 
 
 def _in_its_words(reason: str, words: Sequence[str]) -> str:
-    """Reword an error of a Python function for the command line: name the option in place of the argument.
+    """Reword a message of a Python function for the command line: replace the argument's name by the option's.
 
-    `reason` is the error's text, and `words` are the words of the command line.
+    `reason` is the message, and `words` are the words of the command line.
     """
     if re.search(r"^Unknown option: .?--colou?r\b", reason):
         return f"{reason.split('. Did')[0].removesuffix('.')}. --diffuse sets the surface's colour."

@@ -129,7 +129,10 @@ def daylight(
 
 
 def _place(text: str, up: str | None, north: str | None) -> Place:
-    """Parse the options that say where the mesh is."""
+    """Make the place of the mesh from the options --place, --up and --north.
+
+    The arguments are the texts of these options; None for an option that is not given.
+    """
     numbers = _numbers("--place", text, (2, 3), "48.14,11.58")
     axes: dict[str, Any] = {
         name: _numbers(f"--{name}", each, (3,), "0,1,0") for name, each in (("up", up), ("north", north)) if each
@@ -152,7 +155,11 @@ def _numbers(option: str, text: str, counts: tuple[int, ...], example: str) -> l
 
 
 def _times(day: str | None, year: int, offset: float) -> Any:
-    """Return the middles of all hours of a year, or of all ten minutes of a day, in a zone by its offset from UTC."""
+    """Return the times for which light is computed: the middles of equal steps of a year or a day.
+
+    Without `day`, the steps are the hours of `year`; else they are the ten minutes of the date `day`. `offset` is the
+    time zone, in hours ahead of UTC.
+    """
     pvlib("place")
     pandas = importlib.import_module("pandas")
     if day is None:

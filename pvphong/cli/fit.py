@@ -81,7 +81,10 @@ def fit(
 
 
 def _fields(given: tuple[str, ...]) -> Any:
-    """Return the argument `vary`: the fields of all lights, or a mapping from light to fields."""
+    """Convert the option --vary to the argument `vary` of `fit`.
+
+    The result is a text with the fields that vary in all lights, or a mapping from lights to such texts.
+    """
     pairs = [word.rpartition(":") for word in given]
     if len(pairs) == 1 and not pairs[0][1]:
         return given[0]
@@ -96,7 +99,10 @@ def _fields(given: tuple[str, ...]) -> Any:
 
 
 def _target(text: str, mesh: Any) -> Any:
-    """Return the argument `target`: a number, or an array's name; for blocks a mapping."""
+    """Convert the option --target to the argument `target` of `fit`.
+
+    The result is a number, or the name of an array. For blocks, it is a mapping as by `_of_blocks`.
+    """
     try:
         return float(text)
     except ValueError:
@@ -104,7 +110,10 @@ def _target(text: str, mesh: Any) -> Any:
 
 
 def _of_blocks(argument: str, name: str, mesh: Any) -> Any:
-    """Return an array's name; for blocks, a mapping from the paths of those that have the array."""
+    """Return the name of an array as an argument of `fit`; for blocks, a mapping from paths of blocks to the name.
+
+    The mapping has the blocks that have the array. `argument` is the name of the argument in messages.
+    """
     if not isinstance(mesh, pv.MultiBlock):
         return name
     blocks = dict(datasets(mesh))

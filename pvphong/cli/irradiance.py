@@ -139,7 +139,7 @@ def irradiance(
 
 
 def _levels(text: str | None) -> list[float]:
-    """Parse the values of isolines."""
+    """Parse the option --isolines, numbers separated by commas, and return the numbers; none if `text` is None."""
     if text is None:
         return []
     try:
@@ -155,7 +155,23 @@ def _levels(text: str | None) -> list[float]:
 def _picture(
     lit: Any, scene: Scene, name: str, unit: str, levels: list[float], most: float | None, size: tuple[int, int]
 ) -> Any:
-    """Draw the luminance of the irradiance in colours, with a scalar bar in its unit, and lines at some levels."""
+    """Draw the luminance of the irradiance in colours, with a scalar bar and isolines; return the pixels.
+
+    Parameters
+    ----------
+    lit : pyvista.PolyData or pyvista.MultiBlock
+        Mesh with the array of irradiances.
+    scene : Scene
+        Scene with a viewer, from which the mesh is drawn.
+    name, unit : str
+        Name of the array, and unit of its values.
+    levels : list of float
+        Values of the isolines.
+    most : float or None
+        Largest value of the scalar bar; None for a round number.
+    size : (int, int)
+        Width and height of the picture in pixels.
+    """
     assert scene.viewer is not None
     quantity = "Illuminance" if unit in ("lux", "lx") else "Irradiance"
     font = max(round(_FONT * size[1]), 9)
@@ -190,7 +206,11 @@ def _picture(
 def _add_lines(
     plotter: pv.Plotter, mesh: pv.PolyData, levels: list[float], viewer: Viewer, unit_name: str, font: int
 ) -> None:
-    """Add isolines of the shown values on faces that the viewer sees, each labelled once, on its longest part."""
+    """Add isolines of the shown values to a picture, on faces that the viewer sees.
+
+    Each line is labelled once, on its longest part. `levels` are the values of the lines, `unit_name` their unit, and
+    `font` is the size of the labels.
+    """
     of_points = mesh if "pvphong_shown" in mesh.point_data else mesh.cell_data_to_point_data()
     if not levels or not has_faces(of_points):
         return

@@ -46,9 +46,9 @@ Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 
 
 def _number(_type: Any, tokens: Sequence[Any]) -> float:
-    """Parse the word of an option as a float, or as a quotient such as 1/255.
+    """Parse the text of an option as a float, or as a quotient such as 1/255.
 
-    The signature is the one that the command-line parser calls: the option's type and its words.
+    The command-line parser calls this function with the option's type and its words.
     """
     above, slash, below = tokens[0].value.partition("/")
     if slash and not float(below):
@@ -141,9 +141,9 @@ class Lighting:
     feature_angle: Annotated[FeatureAngle, Parameter(show_choices=False)] = "auto"
 
     def materials(self) -> dict[str, Material]:
-        """Return block → material, as the options define it.
+        """Return the materials as block → material: the material of --material, or else the materials of the rig.
 
-        These are the material of --material, or else those of the rig, with the changes by the other options.
+        Other options, such as --diffuse, then replace fields of these materials.
         """
         if self.material is not None:
             if is_color_name(self.material) and self.material.lower() not in Material.names():
@@ -202,7 +202,7 @@ class Lighting:
         return outside, self.with_rays(self.with_sun(scene)), materials if has_blocks else single_material(materials)
 
     def with_sun(self, scene: Scene) -> Scene:
-        """Return a scene whose only light is the sun of the option --sun; without the option, the given scene."""
+        """Return a scene whose only light is the sun of the option --sun; without the option, `scene` unchanged."""
         if self.sun is None:
             return scene
         try:
@@ -213,9 +213,9 @@ class Lighting:
         return replace(scene, lights=[DirectionalLight.from_angles(azimuth, elevation, name="sun")])
 
     def with_rays(self, scene: Scene) -> Scene:
-        """Return the scene with the shadows, ambient occlusion and bounces of the options added to its own.
+        """Return a scene with the effects of the options --shadows, --ambient-occlusion and --bounces.
 
-        The option --bounces replaces the scene's number of bounces.
+        Shadows and ambient occlusion are added to those of the scene. The option --bounces replaces the scene's number.
         """
         model = scene.light_model
         occlusion = model.ambient_occlusion or self.ambient_occlusion  # in the rig it may be a distance
@@ -275,9 +275,10 @@ def parsed(text: str) -> ColorLike:
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """Within the block, show on standard error that the command is busy with `what`, if that is a terminal.
+    """Within the block, show on standard error that the command is busy with `what`.
 
-    This is a spinner, and a progress bar for long work that reports progress.
+    It shows a spinner, or a progress bar if long work reports its progress. Nothing is shown if standard error is not a
+    terminal.
     """
     console, begun = Console(stderr=True), time.perf_counter()
     columns = SpinnerColumn(), TextColumn("{task.description}")

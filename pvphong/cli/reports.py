@@ -190,10 +190,10 @@ def _options_of(lighting: LightingOptions) -> dict[str, Any]:
 
 
 def _print_reports(found: Any, verbose: bool) -> dict[str, Any]:
-    """Print a report, or one for each block; return them as block → report.
+    """Print reports, and return them as block → report.
 
-    `found` is a report, or a mapping from blocks to reports. With `verbose`, all details are printed, otherwise a
-    summary.
+    `found` is a single report, whose block is then "", or a mapping from blocks to reports. If `verbose`, all details
+    are printed, else a summary.
     """
     reports = found if isinstance(found, dict) else {"": found}
     for block, report in reports.items():

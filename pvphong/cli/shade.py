@@ -184,7 +184,9 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
 
 
 def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
-    """Raise ``ValueError`` for the first of some options that is given; None, False and () mean that it is not.
+    """Raise ``ValueError`` for the first option in `options` that was given on the command line.
+
+    An option with the value None, False or () was not given.
 
     Parameters
     ----------

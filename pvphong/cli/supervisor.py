@@ -36,7 +36,8 @@ def _quiet() -> "list[signal.Signals]":
 def main(tokens: "Sequence[str] | None" = None) -> int:
     """Run the command line and return the exit status; 2 after a crash.
 
-    With `tokens`, the words of a command line, the command runs in this process instead of a child process.
+    By default, the command runs in a child process with the words of `sys.argv`. If `tokens` has the words of a command
+    line, the command runs in this process.
     """
     if tokens is not None:
         from pvphong.cli.app import main as run
@@ -92,7 +93,7 @@ def _supervise() -> int:
 def _work(end: int | None) -> int:
     """Run the command in this process, and return the exit status.
 
-    In a child process, `end` is the file descriptor of its end of the pipe to the parent; otherwise it is None.
+    If this is a child process, `end` is the file descriptor of its end of the pipe to the parent, else None.
     """
     _set_outputs(VERBOSE in sys.argv)
     if end is not None:
@@ -111,10 +112,10 @@ def _work(end: int | None) -> int:
 
 
 def _set_outputs(verbose: bool) -> None:
-    """Make both standard outputs escape characters that their encoding lacks.
+    """Make both standard outputs escape characters that their encoding does not have.
 
-    If `verbose` is False, also hide what C libraries print on standard error. Python's warnings are then hidden too, if
-    Python was started without the option `-W`.
+    If not `verbose`, also hide the output of C libraries on standard error. Python's warnings are then hidden too,
+    unless the option `-W` of Python was given.
     """
     if not verbose and not sys.warnoptions:
         import logging

@@ -161,9 +161,10 @@ def set_scene(plotter: pv.Plotter, scene: Scene) -> None:
 
 
 def _save(save: Callable[[Path], Any], path: str) -> str:
-    """Save a file for a key of the window, and return the text that the window shows.
+    """Save a file when a key of the window is pressed; return the text that the window shows.
 
-    `save` writes the file at `path`. An error is printed and not raised, because the window must stay open.
+    `save` is a function that writes the file at `path`. An error is printed and not raised, because the window must
+    stay open.
     """
     try:
         save(Path(path))

@@ -97,9 +97,9 @@ class MeshBounds:
         return None if found is None or math.isinf(found.radius) else found
 
     def sight(self, target: VectorLike) -> BoundingCone | None:
-        """Return the cone that contains the directions from all vertices to a target.
+        """Return a cone that contains the directions from all vertices to the point `target`.
 
-        The result is None if the sphere around the vertices is unknown, or the target is at the sphere's centre or
+        The result is None if the sphere around the vertices is unknown, or if the target is at the sphere's centre or
         infinitely far away.
         """
         sphere = self.sphere
@@ -114,7 +114,7 @@ class MeshBounds:
 
     @cached_property
     def normal_cone(self) -> tuple[Vector, float] | None:
-        """Cone that contains all normals: unit axis, and half-angle in radians; None if no such cone is known."""
+        """Cone that contains all normals, as unit axis and half-angle in radians; None if no such cone is known."""
         if self.normals is None or not len(self.points):
             return None
         kind = MatrixClass.TRANSLATION if self.matrix is None else class_of(self.matrix)
@@ -168,9 +168,9 @@ def sphere_around(box: Box) -> Sphere:
 
 
 def box_of(rows: FloatArray) -> Box:
-    """Return the smallest and the largest entry of each column of an (n, 3) array, n > 0, shape (3,) each.
+    """Return the smallest and the largest entry of each column of an (n, 3) array, n > 0: two arrays of shape (3,).
 
-    Both are NaN for a column that contains a NaN.
+    For a column that contains a NaN, both are NaN.
     """
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []

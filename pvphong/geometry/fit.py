@@ -43,7 +43,7 @@ _AT_ONCE = 2**14
 
 
 class Areas:
-    """Collects the areas of a mesh's faces. They are computed block by block, and each block has its own unit."""
+    """Areas of a mesh's faces, stored block by block. The areas of each block have their own unit."""
 
     def __init__(self, faces: Faces) -> None:
         self._found, self._exponents = np.zeros(faces.count), np.zeros(faces.count, np.int32)
@@ -71,7 +71,7 @@ def areas_of(faces: Faces) -> Float64Array:
 def weights_of(faces: Faces, areas: Float64Array) -> Float64Array:
     """Return the area that belongs to each point, shape (n_points,).
 
-    Each face divides its area evenly among its corners.
+    `areas` has the area of each face. Each face divides its area evenly among its corners.
     """
     shares = np.repeat(areas / np.maximum(faces.sizes, 1), faces.sizes)
     return np.bincount(faces.connectivity, shares, faces.n_points).astype(np.float64, copy=False)

@@ -85,9 +85,10 @@ class FaceBlock:
         """Return vectors along the faces' normals, as long as twice the areas, shape (3, m); zero for degenerate faces.
 
         The vectors are in units of 2**(2 * exponents). Each is the sum of spoke × edge over the fan of triangles around
-        corner 0. Newell's sum over the points (M. E. Newell, in Sutherland et al. 1974) loses digits far from the
-        origin; this sum uses differences of points. The last triangle of the fan uses the edge back to corner 0. So for
-        a triangular face, the vector is the cross product of the two edges at corner 0.
+        corner 0, where a spoke is a vector from corner 0 to another corner. Newell's sum over the points (M. E. Newell,
+        in Sutherland et al. 1974) loses digits far from the origin; this sum uses differences of points. The last
+        triangle of the fan uses the edge back to corner 0. So for a triangular face, the vector is the cross product of
+        the two edges at corner 0.
         """
         count = self.spokes.shape[1]
         total = np.zeros((3, len(self.faces)))
@@ -146,13 +147,13 @@ class Faces:
         self._rows = np.ascontiguousarray(rows)  # otherwise each block would copy them
 
     def blocks(self) -> Iterator[FaceBlock]:
-        """Yield blocks of faces with the same number of corners; faces with fewer than 3 are skipped."""
+        """Yield blocks of faces with the same number of corners; faces with fewer than 3 corners are skipped."""
         for size, alike, step in self._of_equal_size():
             for start in range(0, len(alike), step):
                 yield self._block(alike[start : start + step], size)
 
     def in_blocks(self, work: Callable[[FaceBlock], object]) -> None:
-        """Call `work` with each block of faces with the same number of corners, on all cores and in any order."""
+        """Call the function `work` with each block that `blocks` yields, on all cores and in any order."""
         for size, alike, step in self._of_equal_size():
             threads.run(lambda first, last: work(self._block(alike[first:last], size)), len(alike), step)  # noqa: B023 it ends before the next size
 
@@ -162,7 +163,7 @@ class Faces:
         return bool((self.sizes == 3).all())
 
     def _of_equal_size(self) -> Iterator[tuple[int, IntArray, int]]:
-        """Group the faces by their number of corners, leaving out faces with fewer than 3.
+        """Group the faces by their number of corners. Faces with fewer than 3 corners are left out.
 
         Yield for each group the number of corners, the indices of its faces, and the number of faces to process at
         once.

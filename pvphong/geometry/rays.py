@@ -41,6 +41,6 @@ def begun_near(start: Any, direction: Any, length: Any) -> Any:
 
 @formula
 def is_near(start: Any, most: Any) -> Any:
-    """Return True if no coordinate of the vector `start` exceeds `most` in magnitude; False if one is NaN."""
+    """Return True if no coordinate of the vector `start` exceeds `most` in magnitude; False if a coordinate is NaN."""
     x, y, z = start
     return (x <= most) & (x >= -most) & (y <= most) & (y >= -most) & (z <= most) & (z >= -most)

@@ -73,7 +73,7 @@ _MOST_W = 2.0**30
 class SingularMatrixWarning(UserWarning):
     """Warning about a model matrix that flattens space onto a plane.
 
-    The transformed normals are the limit of those for ever flatter matrices.
+    The transformed normals are then the limit for matrices that flatten space more and more.
 
     Examples
     --------

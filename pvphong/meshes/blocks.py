@@ -21,14 +21,14 @@ DEFAULT = "default"
 
 
 def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: str = "") -> pv.MultiBlock:
-    """Apply an operation to each dataset; return the results as a MultiBlock of the same structure and names.
+    """Apply a function to each dataset; return the results as a MultiBlock of the same structure and names.
 
     Parameters
     ----------
     blocks : pyvista.MultiBlock
         The blocks. Blocks that are None stay None; tables and empty datasets are copied unchanged.
     operation : callable
-        Function of a dataset. If it raises a ValueError, the block's name is added to the message.
+        The function of a dataset. If it raises a ValueError, the block's name is added to the message.
     place : str
         Position of `blocks` in an outer MultiBlock, such as "['car']"; in the message, it precedes the block's name.
     """
@@ -50,14 +50,14 @@ def map_blocks(blocks: pv.MultiBlock, operation: Callable[[Any], Any], place: st
 
 
 def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], place: str = "") -> list[Result]:
-    """Apply an operation to each nonempty dataset; return the results in the order of `datasets`.
+    """Apply a function to each nonempty dataset; return the results in the order of `datasets`.
 
     Parameters
     ----------
     blocks : pyvista.MultiBlock
         The blocks.
     operation : callable
-        Function of a dataset. If it raises a ValueError, the block's name is added to the message.
+        The function of a dataset. If it raises a ValueError, the block's name is added to the message.
     place : str
         Position of `blocks` in an outer MultiBlock, such as "['car']"; in the message, it precedes the block's name.
     """
@@ -73,7 +73,7 @@ def of_each(blocks: pv.MultiBlock, operation: Callable[[pv.DataSet], Result], pl
 
 @contextlib.contextmanager
 def _named(blocks: pv.MultiBlock, index: int, place: str) -> Iterator[None]:
-    """Add a block's name to a ValueError that is raised within the block of the `with` statement.
+    """Return a context that adds a block's name to a ValueError raised inside.
 
     The block is `blocks[index]`; `place` is the position of `blocks` in an outer MultiBlock.
     """

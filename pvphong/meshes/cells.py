@@ -30,9 +30,9 @@ _lock = threading.Lock()
 
 
 def _remember(version: tuple[int, ...] | None) -> None:
-    """Remember the `version` of an array whose indices are valid; forget the oldest version if there are too many.
+    """Remember the version of an array whose indices are valid. If there are too many, forget the oldest one.
 
-    An array that has no version, None, is not remembered.
+    An array without a version (None) is not remembered.
     """
     if version is not None:
         with _lock:
@@ -43,7 +43,7 @@ def _remember(version: tuple[int, ...] | None) -> None:
 
 @dataclass(frozen=True)
 class Cells:
-    """A cell array of a mesh, as views of VTK's memory.
+    """One of a mesh's cell arrays, such as its faces, as views of VTK's memory.
 
     Attributes
     ----------
@@ -109,9 +109,9 @@ class Cells:
 def cells(mesh: pv.DataSet) -> list[Cells]:
     """Return the cell arrays of a mesh; an empty list for a dataset whose cells follow from its dimensions.
 
-    Arrays of a PolyData are checked once after each modification that VTK knows of. Code that writes into their memory
-    must call ``Modified()``, as for drawing. Arrays of a grid are checked at each call, because VTK reads them next, to
-    extract the surface, and a wrong index would crash the process.
+    Arrays of a PolyData are checked once after each modification that VTK knows of. Code that writes directly into an
+    array's memory must call ``Modified()``, as for drawing. Arrays of a grid are checked at each call, because VTK
+    reads them next, to extract the surface, and a wrong index would crash the process.
 
     Raises
     ------
@@ -162,9 +162,9 @@ def _read(label: str, array: Any, first: int = 0, *, once: bool = False) -> Cell
 
 
 def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
-    """Return the polyhedra of a mesh as two arrays: faces by their points, and cells by their faces.
+    """Return the polyhedra of a mesh as two arrays: the faces, and the cells.
 
-    The first array has the point indices of all faces, the second the face indices of all cells. The result is None if
+    The first array has the point indices of each face, the second the face indices of each cell. The result is None if
     the mesh has no polyhedra.
     """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.GetPolyhedronFaces() is None:
@@ -174,10 +174,10 @@ def _polyhedron_faces(mesh: pv.DataSet) -> tuple[Cells, Cells] | None:
 
 
 def _bad_types(mesh: pv.DataSet) -> list[tuple[IntArray, Callable[[int], str], str, str]]:
-    """Find the cells that VTK cannot process because of their type, in three groups by the kind of error.
+    """Find the cells that VTK cannot process because of their type, in groups by the kind of error.
 
-    Return four items for each group: the cells' indices, a function from a cell's index to words for an error message,
-    and, also for the message, the allowed values and the remedy.
+    Return four items for each group: the cells' indices, and three items for an error message. These are a function
+    that describes a cell by its index, the allowed values, and the remedy.
     """
     if not isinstance(mesh, pv.UnstructuredGrid) or mesh.n_cells == 0:
         return []
@@ -228,7 +228,7 @@ def invalid_cells(mesh: pv.DataSet) -> IntArray:
 
 
 def refuse_invalid(mesh: pv.DataSet) -> None:
-    """Raise ``ValueError`` for a mesh that would crash VTK; the message names the invalid cell, dimensions or array."""
+    """Raise ``ValueError`` for a mesh that would crash VTK. The message names the invalid cell, dimensions or array."""
     n_points = mesh.n_points
     for array in cells(mesh):
         array.refuse_out_of_range(n_points)

@@ -85,7 +85,7 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
     """Return one real number or bool for each row of `values`, shape (n,).
 
     For a row of several numbers, the result is the number in the column that the colormap selects. If the colormap
-    selects no column, it is the row's norm. Error messages begin with `label`.
+    selects no column, the result is the row's norm. Error messages begin with `label`.
     """
     values = numbers_of(label, values)
     if values.dtype.kind == "c":
@@ -101,7 +101,7 @@ def _reduced(label: str, colormap: Colormap, values: Any) -> Any:
 
 
 class Span(NamedTuple):
-    """Range of an array of numbers: what a colormap without `clim` needs to know of the array."""
+    """Range of an array of numbers, which a colormap without `clim` needs."""
 
     low: float
     """Smallest finite number; +infinity if there is none."""
@@ -109,11 +109,11 @@ class Span(NamedTuple):
     positive: float
     """Smallest finite number above 0; +infinity if there is none."""
     different: tuple[float, ...]
-    """Distinct numbers, only for a colormap with `categories=True`."""
+    """Distinct numbers; empty unless the colormap has `categories=True`."""
 
 
 def span_of(colormap: Colormap, numbers: Any) -> Span:
-    """Return the range of an array of numbers, as the colormap that maps them needs it."""
+    """Return the range of the numbers that a colormap maps."""
     finite = numbers[np.isfinite(numbers)] if numbers.dtype.kind == "f" else numbers
     different = np.unique(numbers).tolist() if colormap.categories is True else ()
     if not len(finite):
@@ -135,8 +135,9 @@ def joined(spans: Iterable[Span]) -> Span:
 
 
 def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
-    """Return a material in which each colormap without `clim` gets one: the range of its array in all meshes.
+    """Return a material whose colormaps all have a `clim`.
 
+    If a colormap has none, it is the range of its array in all meshes.
     In a colormap with `categories=True`, True is replaced by the number of distinct values. A colormap whose array is
     invalid is not changed here; lighting a mesh with it raises the error.
     """
@@ -144,9 +145,9 @@ def over_all(material: Material, meshes: Sequence[pv.DataSet]) -> Material:
 
 
 def unspanned(material: Material) -> dict[str, Colormap]:
-    """Return those colormaps of a material, as field → colormap, that depend on the numbers of the whole mesh.
+    """Return the colormaps of a material that depend on the numbers of the whole mesh, as field → colormap.
 
-    A colormap depends on them if it has no `clim`, or has `categories=True`.
+    A colormap depends on these numbers if it has no `clim`, or has `categories=True`.
     """
     maps = {name: each for name, each in material.maps.items() if isinstance(each, Colormap)}
     own = {name: each for name, each in maps.items() if not hasattr(each.cmap, "MapScalars")}
@@ -154,7 +155,7 @@ def unspanned(material: Material) -> dict[str, Colormap]:
 
 
 def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
-    """Return the range of a colormap's array over several meshes. A mesh without a valid array is skipped."""
+    """Return the range of a colormap's array over several meshes. Meshes without a valid array are skipped."""
     spans = []
     for mesh in meshes if isinstance(colormap.scalars, str) else ():
         with contextlib.suppress(ValueError):
@@ -165,8 +166,9 @@ def spans_in(colormap: Colormap, meshes: Sequence[pv.DataSet]) -> Span:
 
 
 def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
-    """Return a material in which each colormap without `clim` gets one: the range in `spans` for its field.
+    """Return a material whose colormaps all have a `clim`.
 
+    If a colormap has none, it is the range of its field in `spans`.
     In a colormap with `categories=True`, True is replaced by the number of distinct values in the range.
 
     Parameters
@@ -193,7 +195,7 @@ def spanned(material: Material, spans: Mapping[str, Span]) -> Material:
 def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None = None) -> pv.LookupTable:
     """Return the lookup table with which a colormap maps an array of numbers.
 
-    The steps are those of `pyvista.DataSetMapper.set_scalars`, in the same order.
+    The table is set up as by `pyvista.DataSetMapper.set_scalars`, in the same order.
 
     Parameters
     ----------
@@ -251,7 +253,7 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
 
 
 def _listed(colors: tuple[Any, ...]) -> Any:
-    """Return a Matplotlib colormap of the given colours.
+    """Return a Matplotlib colormap with the given colours.
 
     A name such as "g" is looked up in Matplotlib first, then in PyVista, as PyVista itself does.
     """
@@ -261,7 +263,7 @@ def _listed(colors: tuple[Any, ...]) -> Any:
 
 
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
-    """Return the least and the greatest number that a lookup table maps, for a colormap without `clim`.
+    """Return the ends of a lookup table's range for a colormap without `clim`.
 
     Raise ValueError, which names the field `name`, if there is no such range.
 
@@ -272,7 +274,7 @@ def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
     span : Span
         Range of the numbers.
     log_scale : bool
-        True if the table is logarithmic. If `span` contains negative numbers, the result then begins at the least
+        True if the table is logarithmic. If `span` then contains negative numbers, the range begins at the smallest
         positive number.
     """
     if span.low > span.high:
@@ -394,7 +396,7 @@ def scale_of_light(largest: float, most: float | None = None) -> dict[str, Any]:
     Parameters
     ----------
     largest : float
-        Largest value that is shown. The scale ends at ten times the least round number that includes this value.
+        Largest value in the picture. The scale ends at a round number that is at least as large.
     most : float, optional
         End of the scale, in place of the round number.
     """

@@ -1,6 +1,6 @@
 """`mesh.phong.daylight`: light of the sun and the sky on a mesh, summed over many times, for any weather.
 
-In order: the function; `Daylight`, its result; the times and what sun and sky send; files.
+In order: the function; the times, and the light that sun and sky emit; `Daylight`, the result; files.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def daylight(
     """Compute the light of sun and sky on each vertex, summed over many times.
 
     Rays are cast once, when a result is first read: to all patches of the sky, to the ground, and to the sun at its
-    positions. They give daylight coefficients, from which the light of any weather is a product: see `with_weather`.
-    Light of a patch or of the sun that nothing hides is exact, up to the model of the sky.
+    positions. They give daylight coefficients. The light in any weather is a product with these: see `with_weather`. If
+    nothing hides the sun or a patch, its light is exact for the given model of the sky.
 
     Parameters
     ----------
@@ -86,11 +86,12 @@ def daylight(
     place : Place
         Place on the Earth, and the directions of its zenith and north in the mesh's coordinates.
     weather : path, pair of array_like, pandas.DataFrame or None, default None
-        Irradiances in W/m²: the path of an EPW file, of which each moment gets the values of the hour that contains it,
-        in any year; a pair (direct_normal, diffuse_horizontal) of arrays, or a DataFrame with pvlib's columns dni and
-        dhi, with one value for each moment; or None for a clear sky.
+        Irradiances in W/m²: the path of an EPW file: each moment gets the values of its hour in the file, whatever the
+        year; a pair (direct_normal, diffuse_horizontal) of arrays, or a DataFrame with pvlib's columns dni and dhi,
+        with one value for each moment; or None for a clear sky.
     albedo : float, default 0.2
-        Fraction of the light that the open ground around the mesh reflects, and the mesh itself if light bounces.
+        Fraction of the light that the open ground around the mesh reflects. With bounces, the mesh reflects the same
+        fraction.
     bounces : int, default 0
         Number of diffuse reflections between the mesh's own surfaces.
     patches : {145, 577}, default 145
@@ -98,10 +99,10 @@ def daylight(
     samples : int, default 4
         Rays to each patch of the sky, from 2 to 64.
     sun_bin : float, default 1
-        Largest angle in degrees between the sun and the ray that stands for it, from 0 to 5. 0 casts a ray for each
-        moment.
+        Largest angle in degrees between the sun and the ray that is cast in its place, from 0 to 5. With 0, a ray is
+        cast for each moment.
     occluders : sequence, optional
-        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. They reflect none.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. They do not reflect light.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -165,7 +166,7 @@ def daylight(
 
 
 def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
-    """Raise ValueError if the coefficients would exceed the limit or the free memory."""
+    """Raise ValueError if the coefficients of a tracer would exceed the limit `memory` or the free memory, in bytes."""
     available, limit = available_memory(), memory
     if available is not None:
         limit = min(limit, float(available))
@@ -177,7 +178,7 @@ def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
 
 
 def _warn_of_degrees(source: pv.PolyData, place: Place) -> None:
-    """Warn if a mesh's coordinates seem to be longitudes and latitudes."""
+    """Warn if the coordinates of the surface `source` seem to be longitudes and latitudes at the place."""
     low, high = source.points.min(axis=0), source.points.max(axis=0)
     where = np.array((place.longitude, place.latitude))
     if (
@@ -193,7 +194,7 @@ def _warn_of_degrees(source: pv.PolyData, place: Place) -> None:
 
 
 def _microseconds(index: Any) -> IntArray:
-    """Return times as microseconds since 1970 in UTC."""
+    """Return the times of a pandas index as microseconds since 1970 in UTC."""
     return np.asarray(index.as_unit("us").asi8)
 
 
@@ -203,7 +204,7 @@ class Moments(NamedTuple):
     index: Any
     """The t times, a pandas.DatetimeIndex."""
     hours: float
-    """Hours for which each time stands."""
+    """Length in hours of the step of time around each moment."""
     to_sun: Float64Array
     """Unit vectors to the sun, shape (t, 3)."""
     is_day: Any
@@ -212,7 +213,10 @@ class Moments(NamedTuple):
 
     @classmethod
     def of(cls, times: Any, place: Place, degrees: float) -> Self:
-        """Check times, and compute the positions of the sun and their bins."""
+        """Check times, and compute the sun's positions.
+
+        `degrees` is the largest angle to a chosen position, as in `sun_bins`.
+        """
         index = moments(times)
         steps = np.diff(_microseconds(index)) / (1e6 * _SECONDS_PER_HOUR)
         hours = float(steps.min(initial=math.inf)) if len(steps) else 1.0
@@ -229,7 +233,7 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Study:
-    """Everything about a study of daylight but the weather."""
+    """All inputs of a study of daylight except the weather."""
 
     source: pv.PolyData
     moments: Moments
@@ -240,7 +244,7 @@ class _Study:
     cast: _Rays
 
     def sources(self, weather: Irradiances) -> Sources:
-        """Return what the sun, the sky and the ground send in a weather, summed over the times."""
+        """Return the light that the sun, the sky and the ground emit in a weather, summed over the times."""
         index, hours, to_sun, is_day, bins = self.moments
         axes, patches = self.place.axes, self.patches
         direct, local = np.where(is_day, weather.direct_normal, 0.0), to_sun @ axes.T
@@ -279,12 +283,12 @@ class DaylightCost(NamedTuple):
 
 
 class _Rays:
-    """Coefficients, computed when they are first used; shared by results for different weathers.
+    """Coefficients that are computed when they are first used. Results for different weathers share them.
 
     Parameters
     ----------
     tracer : SkyTracer or None
-        Casts the rays; None for coefficients from a file.
+        Object that casts the rays; None for coefficients from a file.
     transport : Transport or None
         Transport of bounced light.
     coefficients, normals : optional
@@ -303,7 +307,7 @@ class _Rays:
 
     @property
     def normals(self) -> Float64Array:
-        """Unit normals in the world, shape (n, 3); 0 where there is none."""
+        """Unit normals in the world, shape (n, 3); 0 for a vertex without a normal."""
         if self._normals is None:
             assert self.tracer is not None
             return self.tracer.receiver.unit_normals
@@ -325,8 +329,8 @@ class _Rays:
 class Daylight:
     """Light of the sun and the sky on each vertex of a mesh, summed over many times.
 
-    Made by `mesh.phong.daylight`. Rays are cast when a result is first read, and shared with results for other
-    weathers. Each result has the shape (n,) and is for the points of `mesh`.
+    Made by `mesh.phong.daylight`. Rays are cast when a result is first read. Results for other weathers use the same
+    rays. Each result has the shape (n,) and is for the points of `mesh`.
 
     Examples
     --------
@@ -355,7 +359,7 @@ class Daylight:
         return f"<Daylight on {len(self)} vertices, {when}: {rays}, {memory / 1e6:.3g} MB>"
 
     def _repr_html_(self) -> str:
-        """Return a table of the results; without rays, of their names only."""
+        """Return a table of the results. Before rays are cast, it has only their names."""
         rows = []
         for name in _RESULTS:
             unit_of = "hours" if name == "sun_hours" else "Wh/m²"
@@ -373,7 +377,7 @@ class Daylight:
 
     @property
     def hours(self) -> float:
-        """Hours for which each time stands."""
+        """Length in hours of the step of time around each moment."""
         return self._study.moments.hours
 
     @cached_property
@@ -385,7 +389,10 @@ class Daylight:
 
     @property
     def sun_hours(self) -> Float64Array:
-        """Hours in which the sun is above the horizon, in front of the surface and not hidden, whatever the weather."""
+        """Hours in which the sun is above the horizon, in front of the surface and not hidden.
+
+        They do not depend on weather.
+        """
         return self._received.sun_hours
 
     @property
@@ -417,10 +424,10 @@ class Daylight:
 
     @property
     def standard_error(self) -> Float64Array:
-        """Standard error of `diffuse` plus the light of the ground in `reflected`, by the number of rays, Wh/m².
+        """Standard error of `diffuse` plus the light of the ground in `reflected`, Wh/m², because the rays are few.
 
-        0 where nothing hides the sky. `direct` and `sun_hours` have no random error; the sun's positions in them are at
-        most `sun_bin` degrees from the true ones. The error of bounced light is not included.
+        0 where nothing hides the sky. `direct` and `sun_hours` have no random error, but use positions that are up to
+        `sun_bin` degrees from the sun. The error of bounced light is not included.
         """
         return self._received.error
 
@@ -447,7 +454,7 @@ class Daylight:
         Parameters
         ----------
         name : {"total", "sun_hours", "direct", "diffuse", "reflected"}, default "total"
-            The result. Wh/m² are shown as kWh/m² if there are more than 10,000.
+            The result. If values exceed 10,000 Wh/m², they are shown in kWh/m².
         off_screen, window_size, screenshot, return_img
             As for `pyvista.Plotter` and its method `show`.
         **options
@@ -488,8 +495,9 @@ class Daylight:
         return Daylight(self._study, irradiances(weather, self._study.moments.index, self._study.place))
 
     def expected_cost(self) -> DaylightCost:
-        """Estimate the cost of rays that are not cast yet, by the rays of some vertices; bounces are not included.
+        """Estimate the cost of the rays that are not cast yet, without bounces.
 
+        For this, rays are cast from some vertices.
         This builds the casters, which takes about a second for three million triangles.
         """
         cast, count = self._study.cast, len(self)
@@ -595,7 +603,7 @@ def _checksum(text: str, arrays: Mapping[str, Any]) -> str:
 
 
 def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> tuple[_Study, Irradiances]:
-    """Return the study and the weather from a file."""
+    """Return the study and the weather that a file's header and arrays describe."""
     latitude, longitude, altitude, up, north = header["place"]
     place = Place(latitude, longitude, altitude, tuple(up), tuple(north))
     pandas = importlib.import_module("pandas")

@@ -34,9 +34,9 @@ def default_scene(
 ) -> Scene:
     """Return a scene with key, fill and rim light, and PyVista's default view of the mesh.
 
-    The viewer looks at the centre of the mesh from PyVista's default direction (1, 1, 1), with z up, from the nearest
-    point at which the bounding box fits into the image. The lights move with the viewer: a warm key light from the
-    upper left, a weaker cool fill light from the right, which reaches all surfaces that face the viewer, and a rim
+    The viewer looks at the centre of the mesh from PyVista's default direction (1, 1, 1), with z up. Its distance is
+    the smallest at which the bounding box fits into the image. The lights move with the viewer: a warm key light from
+    the upper left, a weaker cool fill light from the right, which reaches all surfaces that face the viewer, and a rim
     light from behind. A mesh with open edges shows its back faces, so its scene is lit two-sided.
 
     Parameters
@@ -100,7 +100,7 @@ def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3
 
 
 def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
-    """Return the scene in which a mesh is lit, with a viewer: the given scene, or else `default_scene`.
+    """Return the scene in which a mesh is lit, with a viewer. It is the given scene; without one, `default_scene`.
 
     Parameters
     ----------

@@ -112,8 +112,8 @@ def read(path: str | os.PathLike[str], *, guarded: bool = False) -> pv.DataSet |
 def _read_for_parent(path: str, result: str, end: str) -> None:
     """Read a mesh in a child process, and write the mesh, or a ValueError, to the file `result` for the parent.
 
-    The arguments are command-line words. `path` is the file of the mesh, and `end` the file descriptor of this
-    process's end of the pipe to the parent.
+    The arguments come from the command line. `path` is the file of the mesh. `end` is the file descriptor of the pipe
+    to the parent.
     """
     begin_work(int(end))
     found: Any
@@ -128,7 +128,7 @@ def _read_for_parent(path: str, result: str, end: str) -> None:
 def read_mesh(path: str) -> pv.DataSet | pv.MultiBlock:
     """Read a mesh in this process, from a file of any format that PyVista reads.
 
-    If a parent process watches this process, it is told that the file is being read.
+    A parent process that watches this process gets progress reports.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def save_lit(lit: pv.PolyData | pv.MultiBlock, path: Path, name: str, compress: 
 def refuse_suffix(path: Path, what: str, allowed: tuple[str, ...]) -> None:
     """Raise ``ValueError`` if the suffix of a path is not in `allowed`.
 
-    `what` is a noun for the contents of the file, such as "a mesh", for the message.
+    `what` names the contents of the file in the message, such as "a mesh".
     """
     if path.suffix.lower() not in allowed:
         *others, last = allowed
@@ -293,9 +293,9 @@ def _save(lit: Any, aside: Path, options: dict[str, Any]) -> None:
 def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
     """Write a mesh to the temporary .vtp file `aside`, with its arrays appended as bytes.
 
-    Base64 instead of bytes would take three times as long and a third more space. VTK's writer crashes the process on a
-    full disk. So if the disk may be too small, the file is made in memory first, and then written to the disk. This
-    takes twice the file's length in memory. `compression` is as for PyVista's `save`.
+    (Base64 would take three times as long and a third more space.) VTK's writer crashes the process on a full disk. So
+    if the disk may be too small, the file is made in memory first, and then written to the disk. This takes twice the
+    file's length in memory. `compression` is as for PyVista's `save`.
     """
     lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
@@ -313,13 +313,13 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
 
 
 def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]) -> None:
-    """Write a MultiBlock: a file that names the files of its blocks, and these files in a folder next to it.
+    """Write a MultiBlock as a file that lists the files of its blocks. These are in a folder next to the file.
 
     The blocks are written first, under new names, so that an old file and its blocks stay valid until the new file
     replaces it. The names contain the random suffix of the temporary folder in which the files are made.
 
-    VTK's writer of blocks crashes the process on a full disk. Therefore it only writes blocks that have a single point
-    in place of each mesh; the meshes are written separately. `options` are those of PyVista's `save`.
+    VTK's writer of blocks crashes the process on a full disk. Therefore it only writes a copy of the MultiBlock in
+    which each mesh is a single point. The meshes are written separately. `options` are those of PyVista's `save`.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
@@ -352,7 +352,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove files of blocks that the file `target` no longer names, from the folder next to it.
+    """Remove files of blocks that the file `target` does not list any more, from the folder next to `target`.
 
     Files of writers that are still running are kept.
     """
@@ -371,7 +371,7 @@ def _clear_old_blocks(target: Path) -> None:
 
 @contextmanager
 def _complaints_in(complaints: list[str]) -> Iterator[None]:
-    """Within the block, append VTK's errors, and PyVista's warnings about them, to `complaints` and print none."""
+    """Return a context that appends VTK's errors, and PyVista's warnings of them, to `complaints`, and prints none."""
     with _one_at_a_time:
         logged = logging.root.manager.disable
         logging.disable(logging.CRITICAL)
@@ -390,6 +390,6 @@ def _complaints_in(complaints: list[str]) -> Iterator[None]:
 
 
 def _first_line(complaints: list[str]) -> str:
-    """Return the first line of the first of several messages, without the memory addresses that VTK prints."""
+    """Return the first line of the first of `complaints`, without the memory addresses that VTK prints."""
     line = complaints[0].strip().splitlines()[0]
     return re.sub(r" ?\(0x[0-9a-f]+\)", "", line)

@@ -71,12 +71,12 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Give a `NormalsWarning` if `complaint`, which has the same parameters, finds a problem of a surface.
+    """Warn if most normals or faces of a surface point the wrong way; arguments as for `complaint`.
 
     Warns
     -----
     NormalsWarning
-        Reported for the line outside this package that made the call.
+        For the line outside this package that made the call.
     """
     text = complaint(mesh, source, scene, matrix)
     if text:
@@ -84,7 +84,7 @@ def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix:
 
 
 def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> str:
-    """Describe the problem, and its remedy, if most normals or faces of a surface point the wrong way; else return "".
+    """Return a text on the problem and its remedy if most normals or faces of a surface point the wrong way, else "".
 
     A problem of an unchanged mesh is reported once. Inward faces are reported only for a PolyData without stored
     normals, such as an isosurface. If both sides are lit, or if the viewer or a light is inside, as in a room, inward
@@ -123,7 +123,7 @@ def complaint(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: Matri
 
 
 def faces_away(source: pv.PolyData, scene: Scene, vertices: Vertices, matrix: MatrixLike | None = None) -> bool:
-    """Return True if every vertex faces away from every light, but most faces would be lit from behind.
+    """Return True if every vertex faces away from every light, but most faces would be lit if they were turned over.
 
     Some faces are tested first. Usually one of them faces a light, and the result is False.
 
@@ -180,16 +180,16 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
-    """Return, for m triangles, three times their centres and twice their area vectors, shape (3, m) each.
+    """Return three times the centres of m triangles, and twice their area vectors, shape (3, m) each.
 
-    `corners` has the point indices of their corners, shape (3, m).
+    `corners` has the point indices of the triangles, shape (3, m).
     """
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)
 
 
 def _seem_misfits(source: pv.PolyData) -> bool:
-    """Return True if the faces that do not fit the stored normals have most of the area of a sample of faces."""
+    """Return True if, in a sample of faces, those that do not fit the stored normals have most of the area."""
     corners = _corners_of_some(source)
     stored = np.take(np.asarray(source.point_data.active_normals), corners, axis=0).sum(axis=0, dtype=np.float64).T
     with np.errstate(all="ignore"):
@@ -208,7 +208,7 @@ def _are_misfits(source: pv.PolyData) -> bool:
 
 
 def _looks_inwards(source: pv.PolyData) -> bool:
-    """Return True if a surface is nearly closed and its faces' fronts face inwards, judged by sampled faces."""
+    """Return True if a surface is nearly closed and the fronts of its faces are inside, judged by a sample of faces."""
     with np.errstate(all="ignore"):
         places, areas = _places_and_areas(source, _corners_of_some(source))
         sizes = np.sqrt(dot(areas, areas))

@@ -54,7 +54,7 @@ def write(path: Path, parts: Sequence[Part], scene: Scene | None = None, materia
     """Write meshes with vertex colours, as text for .gltf and as binary data for .glb.
 
     Positions are float32, relative to the centre of each mesh; the centre is the translation of the mesh's node. So a
-    mesh far from the origin keeps its precision. The root node turns z up to glTF's y up.
+    mesh far from the origin keeps its precision. The root node rotates the scene, because glTF's up axis is y.
 
     Parameters
     ----------
@@ -95,7 +95,10 @@ class _File:
         self.used: set[str] = set()
 
     def add(self, kind: str, what: dict[str, Any]) -> int:
-        """Append the JSON object `what` to the file's list `kind`, such as "nodes"; return its index in the list."""
+        """Append the JSON object `what` to one of the file's lists, and return its index there.
+
+        `kind` is the name of the list, such as "nodes".
+        """
         self.lists.setdefault(kind, []).append(what)
         return len(self.lists[kind]) - 1
 
@@ -201,7 +204,10 @@ class _File:
         return nodes
 
     def write(self, path: Path, nodes: list[int]) -> None:
-        """Write the file. A root node that turns z up to y up gets `nodes`, indices of other nodes, as its children."""
+        """Write the file. `nodes` are the indices of the nodes to show.
+
+        They become children of a root node, which rotates the z axis to glTF's up axis, y.
+        """
         root = self.add("nodes", {"name": "z up", "rotation": _Z_UP, "children": nodes})
         self.bytes += b"\0" * (-len(self.bytes) % 4)
         buffer: dict[str, Any] = {"byteLength": len(self.bytes)}
@@ -223,7 +229,7 @@ class _File:
 
 
 def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
-    """Return a mesh's faces as triangles, shape (m, 3), without those that have a point that is not finite.
+    """Return a mesh's faces as triangles, shape (m, 3). Triangles with a point that is not finite are left out.
 
     `is_finite` is the mask of the finite points.
     """
@@ -238,7 +244,7 @@ def _triangles(mesh: pv.PolyData, is_finite: NDArray[Any]) -> NDArray[Any]:
 
 
 def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """Convert a light to an object of KHR_lights_punctual, and to the translation and rotation of its node.
+    """Return a light as a JSON object of KHR_lights_punctual, and the translation and rotation of the light's node.
 
     The result is None if glTF has no such light.
     """
@@ -265,7 +271,7 @@ def _punctual(light: Light) -> tuple[dict[str, Any], dict[str, Any]] | None:
 
 
 def _turned(direction: Any) -> list[float]:
-    """Return the rotation that turns the direction −z to a given direction, as a quaternion (x, y, z, w)."""
+    """Return the rotation from the direction −z to the direction `direction`, as a quaternion (x, y, z, w)."""
     d = np.array(direction, np.float64)
     x, y, z = d / np.linalg.norm(d)
     if z > 1.0 - 1e-12:

@@ -5,7 +5,8 @@ of intensity 1 gives 1 to a surface that faces it, and a lamp of intensity I giv
 evaluators compute irradiance as the unclamped colour of a white matte surface, without ambient light. The radiance of
 that surface is E/π; correspondingly, a colour of an environment's image is π times its radiance.
 
-In order: the function; the sites where irradiance is computed, vertices or nodes inside faces; direct light; bounces.
+In order: the function; the places where irradiance is computed, which are vertices, or nodes inside faces; direct
+light; bounces.
 """
 
 from __future__ import annotations
@@ -83,11 +84,13 @@ def irradiance(
     scene : Scene, light, or sequence of lights, optional
         As for `shade`. Of the light model, `shadows`, `two_sided` and `bounces` are used.
     per : {"vertex", "face"}, default "vertex"
-        "vertex": point arrays, with the normals of `shade`. "face": cell arrays, the mean over each face with its own
-        flat normal, at six nodes per triangle (Strang and Fix's rule, exact for polynomials of degree 4). A flat normal
-        points to the side of the mesh's stored normals, if there are any. Cells without area have 0.
+        "vertex": point arrays, with the normals of `shade`. "face": cell arrays with the mean over each face, which has
+        a flat normal. The mean is computed from six nodes per triangle (Strang and Fix's rule, exact for polynomials of
+        degree 4). A flat normal points to the side of the mesh's stored normals, if there are any. Cells without area
+        have 0.
     bounces : int, optional
-        Number of diffuse reflections between surfaces, as in `LightModel`; by default, that of the scene.
+        Number of diffuse reflections between surfaces, as in `LightModel`. By default, the number in the scene's light
+        model.
     albedo : float, color or map, default 0.5
         Fraction of the light that surfaces reflect, for bounces only: as for `Material`.
     name : str, default "irradiance"
@@ -110,9 +113,10 @@ def irradiance(
     Returns
     -------
     pyvista.PolyData
-        The surface with new arrays of shape (n, 3), red, green and blue: ``NAME`` is the whole irradiance, and
-        ``NAME_light_LIGHT`` that of each light by its name or index. If light bounces, ``NAME_bounced`` is the light
-        from other surfaces. ``NAME`` is the sum of the others. For lights without colour, the three columns are equal.
+        The surface with new arrays of shape (n, 3), red, green and blue: ``NAME`` is the whole irradiance.
+        ``NAME_light_LIGHT`` is the irradiance by one light, LIGHT being its name or index. If light bounces,
+        ``NAME_bounced`` is the irradiance by light from other surfaces. ``NAME`` is the sum of the other arrays. For
+        lights without colour, the three columns are equal.
 
     Raises
     ------
@@ -168,7 +172,8 @@ def irradiance_together(
         refuse_name(name, part.source)
     is_given = {"visibility": any(each is not None for each in visibility), "transport": transport is not None}
     for argument in [argument for argument, given in is_given.items() if given and per == "face"]:
-        check.refuse(argument, "one of vertices", "omitted for per='face'", "Its rays start inside faces.")
+        remedy = "With per='face', rays start inside faces, not at vertices."
+        check.refuse(argument, "a result for vertices", "omitted for per='face'", remedy)
     tolerance = check.number("tolerance", tolerance, at_least=0.0)
     model = LightModel(
         ambient=0.0,
@@ -207,22 +212,25 @@ def irradiance_together(
 
 
 class Receiving(NamedTuple):
-    """A mesh that receives light, and reflects it to others."""
+    """A mesh that receives light, and reflects it to other meshes."""
 
     mesh: pv.DataSet
     """The given mesh, or a copy that shares its arrays."""
     source: pv.PolyData
     """The mesh's surface."""
     normals: Callable[[], FloatArray]
-    """Function that returns the normals of its points."""
+    """Function that returns the normals of the surface's points."""
     albedo: FloatArray
-    """Albedo of its points, shape (n, 3) or (3,)."""
+    """Albedo of the surface's points, shape (n, 3) or (3,)."""
     nodes: Nodes | None
-    """Nodes inside its faces, if these receive the light."""
+    """Nodes inside the surface's faces, if faces receive the light; None if vertices do."""
 
     @classmethod
     def of(cls, mesh: pv.DataSet, per: Per, albedo: Any, feature_angle: FeatureAngle, backend: Backend) -> Self:
-        """Return a dataset's surface with its albedo; nothing is computed from its faces yet."""
+        """Return a dataset's surface with its albedo. Nothing is computed from its faces yet.
+
+        `per` is "vertex" or "face"; the arguments are as for `irradiance`.
+        """
         check.choice("per", per, get_args(Per))
         now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
         material = Material(ambient=0.0, diffuse=1.0, albedo=albedo)
@@ -248,7 +256,7 @@ class Receiving(NamedTuple):
         labels : sequence of str
             Labels of the lights.
         shares : ndarray
-            Irradiance by each light at the sites, shape (lights, n, 3).
+            Irradiance by each light at the vertices or nodes, shape (lights, n, 3).
         arriving : ndarray or None
             Irradiance by bounced light, shape (n, 3).
         """
@@ -287,7 +295,7 @@ class Nodes(NamedTuple):
     cells: NDArray[np.int64]
     """Cell of each triangle, shape (m,)."""
     shares: Float64Array
-    """Fraction of its cell's area that each triangle has, shape (m,)."""
+    """Fraction of its cell's area that each triangle fills, shape (m,)."""
     n_cells: int
 
     @classmethod
@@ -310,7 +318,10 @@ class Nodes(NamedTuple):
         return cls(cloud, lambda: np.repeat(flat, len(_WEIGHTS), axis=0), numbers, shares, source.n_cells)
 
     def means(self, values: FloatArray) -> FloatArray:
-        """Return the mean over each cell of values at the nodes, shape (n, 3); 0 for cells without area."""
+        """Return the mean of values over each cell, shape (cells, 3); 0 for cells without area.
+
+        `values` are those at the nodes.
+        """
         of_triangles = np.einsum("k,mkx->mx", _WEIGHTS, values.reshape(-1, len(_WEIGHTS), 3))
         result = np.zeros((self.n_cells, 3))
         np.add.at(result, self.cells, of_triangles * self.shares[:, None])
@@ -318,7 +329,7 @@ class Nodes(NamedTuple):
 
 
 def _triangles_of_cells(source: pv.PolyData) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Triangulate a surface's faces; return the corners, shape (m, 3), and the cell of each triangle."""
+    """Return the triangles of a surface's faces, as point indices, shape (m, 3), and the cell of each triangle."""
     _, _, faces, strips = cells(source)
     connectivity, offsets = polygons(source)
     of_strips = np.repeat(np.arange(strips.count), np.maximum(np.diff(strips.offsets) - 2, 0))
@@ -350,7 +361,7 @@ class _Direct(NamedTuple):
         Parameters
         ----------
         site : Exchanging
-            Points and normals.
+            Points and normals at which the light arrives.
         known : KnownOccluders
             Geometry that blocks light, for scenes with shadows.
         given : Visibility, array_like or None
@@ -371,7 +382,7 @@ class _Direct(NamedTuple):
         return found
 
     def _typical(self, site: Exchanging) -> float:
-        """Return the median irradiance without shadows of some points that are lit; 1 if none is."""
+        """Return the median irradiance of some lit points, without shadows; 1 if no point is lit."""
         source, normals, matrix, _ = site
         rows = np.unique(np.linspace(0, source.n_points - 1, min(source.n_points, _TYPICAL)).astype(np.intp))
         some = Vertices(np.asarray(source.points)[rows], normals()[rows])
@@ -382,9 +393,9 @@ class _Direct(NamedTuple):
 
 
 def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occluders: Any) -> Occluders:
-    """Return the geometry that blocks light: the surfaces in order, and the occluders.
+    """Return the geometry that blocks light: first the surfaces in order, then the occluders.
 
-    A surface without faces has an empty part. If light bounces, the geometry of the transport is shared.
+    A surface without faces has an empty part. If light bounces, the geometry is that of the transport `together`.
     """
     known = None if together is None else together.parts[0].blocking
     if known is not None and all(has_faces(each.source) for each in surfaces):
@@ -400,7 +411,8 @@ def _gathered(
     Parameters
     ----------
     direct : sequence of ndarray
-        Direct irradiance of the points of each surface that reflects light; the transport's points begin with them.
+        Direct irradiance of the points of each surface that reflects light. These points are the first points of the
+        transport.
     albedos : sequence of ndarray
         Albedo of these points.
     """

@@ -1,8 +1,8 @@
 """Lighting functions of `mesh.phong`: colours, plan, visibility and normals of a mesh's points.
 
-A mesh is lit in three steps. First, its surface (`surfaces.py`), the values of maps at its points (`point_data.py`) and
-a scene with a viewer (`default_scene.py`) are made. From these, `Vertices` and a `Plan` are made. Then `Plan.run`
-computes the colours.
+A mesh is lit in three steps. The first step makes its surface (`surfaces.py`), the values of maps at its points
+(`point_data.py`) and a scene with a viewer (`default_scene.py`). The second step makes `Vertices` and a `Plan` from
+these. The third step, `Plan.run`, computes the colours.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def shade_mesh(
 
 @dataclass(frozen=True)
 class Setting:
-    """Common options of all calls that light a mesh; the fields are as for `shade_mesh`."""
+    """Options that all calls that light a mesh have in common. The fields are parameters of `shade_mesh`."""
 
     matrix: MatrixLike | None = None
     feature_angle: FeatureAngle = None
@@ -155,7 +155,7 @@ class Setting:
 
 
 class Prepared(NamedTuple):
-    """A mesh that is ready to be lit."""
+    """A mesh with the plan that lights it, and all inputs of the plan."""
 
     mesh: pv.DataSet
     """The given mesh, or a copy that shares its arrays."""
@@ -178,7 +178,10 @@ class Ready(NamedTuple):
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
-    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan."""
+    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan.
+
+    `setting` has the options of the call.
+    """
     found = ready(mesh, scene, material, setting)
     how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
     return Prepared(*found, Plan.of(found.scene, found.material, found.vertices, **how))
@@ -187,7 +190,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
     """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
 
-    If `mesh` is a PolyData, the returned mesh is a shallow copy of it.
+    If `mesh` is a PolyData, the returned mesh is a shallow copy of it. `setting` has the options of the call.
     """
     # Another thread may replace arrays of the mesh meanwhile. The copy keeps the old ones, so old and new do not mix.
     now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
@@ -204,7 +207,10 @@ def _refuse_output(name: str, source: pv.PolyData, components: bool, shares_by_b
 
 
 def refuse_name(name: Any, source: pv.PolyData) -> None:
-    """Raise ``ValueError`` for an invalid name of lit colours, or the name of an array that the lighting reads."""
+    """Raise ``ValueError`` if lit colours of the surface `source` cannot have the name `name`.
+
+    The name must not be empty, nor that of an array that the lighting reads.
+    """
     if not isinstance(name, str) or not name:
         check.refuse("name", name, "a nonempty string")
     data = source.GetPointData()
@@ -215,9 +221,9 @@ def refuse_name(name: Any, source: pv.PolyData) -> None:
 
 
 def _lit_mesh(prepared: Prepared, shading: Shading, name: str, shares_by_bounce: bool) -> pv.PolyData:
-    """Return a new mesh with the colours of `shading` as the array `name`, and their components if computed.
+    """Return a new mesh with the colours of `shading` as the array `name`. Components are added if they were computed.
 
-    With `shares_by_bounce`, an array for each bounce is added too.
+    With `shares_by_bounce`, an array for each bounce is added too. `prepared` is the mesh that was lit.
     """
     now, source, scene, vertices, material, planned = prepared
     lit = source if source is now else shallow_copy(source)
@@ -254,7 +260,7 @@ def shade_blocks(
     precision: Precision = "float32",
     backend: Backend = "auto",
 ) -> pv.MultiBlock:
-    """Light the blocks of a MultiBlock. The results equal those of `shade_mesh` for each block, to the bit.
+    """Light the blocks of a MultiBlock. The results are exactly equal to those of `shade_mesh` for each block.
 
     Because of the overhead of each plan and call, lighting a hundred points takes as long as lighting ten thousand. So
     small blocks of the same material, without maps, form a group that has one plan and is lit in one call.
@@ -266,7 +272,7 @@ def shade_blocks(
     scene : Scene
         Scene with a viewer and without bounces.
     own : iterator
-        For each nonempty dataset, in order: its material, and a dictionary with the fields of its `Setting`.
+        Material, and a dictionary with the fields of `Setting`, for each nonempty dataset in order.
     name, components, shares_by_bounce, precision, backend
         As for `shade_mesh`.
     """
@@ -290,7 +296,7 @@ def shade_blocks(
             yield _lit_mesh(Prepared(*member, planned), its_own, name, shares_by_bounce)
 
     def group_key(member: Ready, setting: Setting) -> Any:
-        """Return a key that is equal for all members of a group; None for a block that is lit alone."""
+        """Return a key that is equal for all members of a group; None for a block that must be lit alone."""
         material, vertices = member.material, member.vertices
         if vertices.maps or setting.tolerance:  # a plan with a tolerance depends on all its vertices
             return None
@@ -303,7 +309,7 @@ def shade_blocks(
         return id(material), vertices.points.dtype, None if stored is None else stored.GetDataType()
 
     def prepare_block(block: pv.DataSet) -> Iterator[pv.PolyData]:
-        """Prepare a block, add it to its group, and return the iterator that yields its lit mesh.
+        """Prepare a block and add it to its group. Return the iterator that yields its lit mesh.
 
         The blocks of a group share one iterator, which yields their meshes in order.
         """
@@ -444,20 +450,20 @@ def plan(
 
 
 def put_visibility(lit: pv.PolyData, name: str, labels: Sequence[str], equation: Equation, seen: FloatArray) -> None:
-    """Add the visibility of shadowed lights, and of the sky if it is used, to a mesh as point arrays.
+    """Add point arrays to a mesh: the visibility of each light with shadows, and of the sky if it is used.
 
     Parameters
     ----------
     lit : pyvista.PolyData
-        Gets the arrays ``NAME_visibility_LABEL`` and ``NAME_sky``.
+        Mesh to which the arrays ``NAME_visibility_LABEL`` and ``NAME_sky`` are added.
     name : str
         Name of the colours.
     labels : sequence of str
         Labels of all lights.
     equation : Equation
-        Equation with the indices of the shadowed lights.
+        Equation that knows which lights have shadows.
     seen : ndarray
-        Visibility of the lights, followed by that of the sky, shape (lights + 1, n).
+        Visibility of the lights and, in the last row, of the sky, shape (lights + 1, n).
     """
     for index in equation.shadowed:
         lit.point_data[f"{name}_visibility_{labels[index]}"] = seen[index].copy()
@@ -499,9 +505,9 @@ def visibility(
     samples : int, optional
         Number of rays per vertex to each light with a size, and to the sky, rounded up to a power of two; at most 4096.
     tolerance : float, default 1/255
-        Largest standard error of the colour that a light gives a white surface; for the sky, of the colour that the
-        scene's ambient light gives it. If `samples` is not given, rays are cast until this error is reached. So the
-        visibility of a dim light may have a larger error. 0 means the default.
+        Largest standard error of the colour that a light gives to a white surface or, for the sky, that the scene's
+        ambient light gives to this surface. If `samples` is not given, rays are cast until this error is reached. So
+        the visibility of a dim light may have a larger error. 0 means the default.
     matrix : array_like, optional
         (4, 4) model matrix, as for `shade`.
     feature_angle : float, "auto" or None, default None
@@ -583,7 +589,7 @@ def vertices_of(
 ) -> Vertices:
     """Return a surface's vertices for a scene; normals, tangents and visibility are computed at their first use.
 
-    `maps` and `tangents` are those that `surface_and_maps` returned for the surface.
+    `maps` and `tangents` come from `surface_and_maps`. `setting` has the options of the call.
     """
     normals = functools.cache(lambda: point_normals(source, backend=setting.backend))
     matrix, occluders, among = setting.matrix, setting.occluders, None

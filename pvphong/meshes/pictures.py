@@ -161,9 +161,9 @@ def plot(
 
 
 def _plotter(options: dict[str, Any]) -> tuple[pv.Plotter, Callable[[pv.Plotter], Any]]:
-    """Return a plotter that is set up as by `pyvista.plot`, and a function that shows it and returns the result.
+    """Return a plotter with the options of `pyvista.plot`, and a function that shows it and returns the result.
 
-    Options that the plotter or the function uses are removed from `options`; options of `add_mesh` stay there.
+    Options of the plotter and of its method `show` are removed from `options`; options of `add_mesh` stay there.
     `pyvista.plot` itself cannot add a scalar bar to a mesh with RGB colours.
     """
 
@@ -250,7 +250,7 @@ def vertex_opacity(options: dict[str, Any]) -> Any:
 
 
 def displayed(mesh: pv.DataSet, name: str, display: Display) -> pv.DataSet:
-    """Return a mesh to draw: a copy whose colours, the point array `name`, are those that the display shows."""
+    """Return a copy of a mesh to draw. The display transform is applied to its colours, the point array `name`."""
     if display == _PLAIN:
         return drawable(mesh, name)
     result, colors = mesh.copy(deep=False), np.asarray(mesh.point_data[name])
@@ -259,9 +259,9 @@ def displayed(mesh: pv.DataSet, name: str, display: Display) -> pv.DataSet:
 
 
 def with_opacity(mesh: pv.DataSet, name: str, opacity: Any, display: Display = _PLAIN) -> pv.DataSet:
-    """Return a mesh to draw: its colours, the point array `name`, as the display shows them, with opacities if given.
+    """Return a copy of a mesh to draw. The display transform is applied to its colours, the point array `name`.
 
-    `opacity` is the result of `vertex_opacity`; if it is not None, it becomes the colours' fourth channel.
+    `opacity` is the result of `vertex_opacity`. If it is not None, it becomes the colours' fourth channel.
     """
     if opacity is None:
         return displayed(mesh, name, display)
@@ -319,7 +319,7 @@ def drawing_window() -> str:
 
 @contextmanager
 def preferring(window: str) -> Iterator[None]:
-    """Within the block, make VTK open windows of the class with the name `window`.
+    """Return a context in which VTK opens windows of the class with the name `window`.
 
     Without this context, VTK searches for a display first, and prints errors if it finds none.
     """
@@ -334,7 +334,7 @@ def preferring(window: str) -> Iterator[None]:
 
 
 def aim(plotter: pv.Plotter | pv.Renderer, viewer: Viewer) -> None:
-    """Set the camera of a plotter or renderer to a viewer, and keep it there when meshes are added."""
+    """Set the camera of a plotter or renderer to a viewer. The camera stays there when meshes are added."""
     camera = plotter.camera
     camera.SetPosition(viewer.position)
     camera.SetFocalPoint(viewer.focal_point)
@@ -358,8 +358,8 @@ def color_view(mesh: pv.DataSet, space: ColorSpace, *, name: str = "phong") -> p
     mesh : pyvista.DataSet
         A lit mesh, as from `mesh.phong.shade`; it is not modified. If it is not a PolyData, its surface is used.
     space : {"hsv", "xyz"}
-        "hsv": hue, saturation and value. Hue is 0 for red, 1/3 for green, 2/3 for blue, and 0 for greys; saturation is
-        0 for greys and at most 1; value is the largest channel, and exceeds 1 for bright colours. Hue and saturation do
+        "hsv": hue, saturation and value. Hue is 0 for red, 1/3 for green, 2/3 for blue, and 0 for greys. Saturation is
+        0 for greys and at most 1. Value is the largest channel, and exceeds 1 for bright colours. Hue and saturation do
         not depend on brightness. Source: Matplotlib's `rgb_to_hsv`, applied after colours above 1 are scaled down.
         "xyz": CIE X, Y and Z, where white, D65, has luminance 1; Y is the relative luminance. Source: IEC 61966-2-1.
     name : str, default "phong"

@@ -35,7 +35,7 @@ def surface_and_maps(
     mesh : pyvista.DataSet
         The mesh; it is not modified.
     material : Material
-        The material. Its arrays have one row for each point of the mesh; its names are those of point arrays.
+        The material. An array in its fields has one row for each point of the mesh; a name is that of a point array.
     feature_angle : float, "auto" or None
         As for `split_sharp_edges`.
 
@@ -87,9 +87,10 @@ def given_maps(material: Material, mesh: pv.DataSet | None = None) -> dict[str, 
 
 
 def names_taken(material: Material, mesh: pv.DataSet) -> dict[str, str]:
-    """Return the meaning of each name in a material's colour fields, as field → text.
+    """Return the meaning of each name that a material has in a colour field, as field → text.
 
-    The text says whether the name is taken as a colour, an array, an image or a colormap, as in "the array 'height'".
+    The text tells how the name was understood: as a colour, an array, an image or a colormap. An example is "the array
+    'height'".
     """
     maps = given_maps(material, mesh)
     given: dict[str, Any] = {name: maps.get(name, getattr(material, name)) for name in COLORS}
@@ -116,7 +117,7 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     name : str
         Name of the field.
     given : Map, array_like, texture or str
-        The map. Arrays have a row for each point, or for each cell, of the surface before splitting.
+        The map. An array has a row for each point, or for each cell, of the surface before splitting.
     whole, source : pyvista.PolyData
         The surface before its edges were split, and after.
     points : ndarray or None
@@ -244,7 +245,7 @@ def _carried(
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
     """Transfer an array with one row per face or cell of a surface to the surface's points.
 
-    Raise ValueError, which names the field `name`, if faces share points.
+    Raise ValueError for the field `name` if faces share points.
     """
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
@@ -259,12 +260,12 @@ def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
 
 
 def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
-    """Raise ValueError because a field's value is not the name of a point array; suggest similar names.
+    """Raise ValueError for a text that is not the name of a point array; the message suggests similar names.
 
     Parameters
     ----------
     name, value : str
-        Name of the field, and its value.
+        Name of the field, and the text that it has.
     source : pyvista.PolyData
         The surface with the arrays.
     """
@@ -291,10 +292,7 @@ def _of_texture(name: str, texture: Any, source: pv.PolyData) -> FloatArray:
 
 
 def _checked(name: str, given: Any, mesh: pv.DataSet) -> Any:
-    """Return `given` as an array; raise ValueError if it does not have one row per point of the mesh.
-
-    `name` is the field whose value is `given`.
-    """
+    """Return `given`, the value of the field `name`, as an array. Raise ValueError unless it has one row per point."""
     if len(given) == mesh.n_cells != mesh.n_points:
         allowed = f"an array with one row per point, {mesh.n_points} rows"
         check.refuse(name, f"{len(given)} rows, one per cell", allowed, _TO_FACES)
@@ -394,16 +392,16 @@ def texture_version(texture: Any) -> Any:
 def _coordinates(source: pv.PolyData) -> FloatArray | None:
     """Return the texture coordinates of a surface's points, shape (n_points, 2).
 
-    The result is None if there are none, or only one per point.
+    Return None if there are no texture coordinates, or if they have only one number per point.
     """
     found = source.GetPointData().GetTCoords()
     return None if found is None or found.GetNumberOfComponents() < 2 else vtk_to_numpy(found)[:, :2]
 
 
 def _planes(texture: Any, name: str) -> NDArray[Any]:
-    """Return a texture's texels, shape (1 or 3, height, width), with the bottom row first; opacity is left out.
+    """Return a texture's texels, shape (1 or 3, height, width), with the bottom row first. Opacity is left out.
 
-    Raise ValueError, which names the field `name`, if the texture has no flat image of uint8 or float colours.
+    Raise ValueError for the field `name` if the texture has no flat image of uint8 or float colours.
     """
     image = texture.GetInput()
     scalars = None if image is None else image.GetPointData().GetScalars()
@@ -426,14 +424,14 @@ def _planes(texture: Any, name: str) -> NDArray[Any]:
 def _texel_numbers(size: int, wrap: int) -> IntArray:
     """Return the indices of the texels along one axis of an image, extended by one index before and two after.
 
-    `size` is the number of texels along the axis. The added indices are the texels to use outside the image, according
-    to `wrap`, VTK's mode for places outside the image; −1 stands for the border colour.
+    `size` is the number of texels along the axis. The added indices are the texels that are used outside the image.
+    They depend on `wrap`, VTK's mode for coordinates outside the image. An index of −1 means the border colour.
     """
     return np.pad(np.arange(1, size + 1), (1, 2), _BEYOND[wrap]) - 1  # "constant" pads with 0
 
 
 def _neighbours(place: Float64Array, numbers: IntArray, wrap: int) -> list[tuple[IntArray, Float64Array]]:
-    """Return the two texels along one axis that are nearest to each place, as two pairs of indices and weights.
+    """Return the two texels along one axis that are nearest to each of n places: two pairs of indices and weights.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def save(
     lit : pyvista.DataSet or pyvista.MultiBlock
         A mesh from `mesh.phong.shade` or `refine`; it is not modified. With `lights` it may be any mesh.
     path : path
-        The file. An existing file is replaced once the new one is complete.
+        The file. An existing file is replaced when the new file is complete.
     name : str, default "phong"
         Name of the point array with the colours.
     encoding : {"linear", "srgb"}, default "linear"
@@ -148,7 +148,7 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the mesh if it is a PolyData, as results of `shade` are; otherwise raise ValueError."""
+    """Return the mesh if it is a PolyData, like the results of `shade`. Otherwise raise ValueError."""
     if not isinstance(mesh, pv.PolyData):
         check.refuse("lit", f"a {type(mesh).__name__}", "a PolyData, as returned by mesh.phong.shade")
     return mesh
@@ -164,7 +164,7 @@ def _encoded(colors: FloatArray, encoding: Encoding) -> FloatArray:
 
 
 def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
-    """Write a Wavefront file with a colour after each position, as MeshLab and others read it."""
+    """Write a Wavefront file with a colour after each position. MeshLab and other programs read this form."""
     connectivity, offsets = polygons(mesh)
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, np.column_stack([mesh.points, colors]), "v %.9g %.9g %.9g %.6g %.6g %.6g")

@@ -16,15 +16,15 @@ Stage = Literal["ground", "backdrop", "plinth"]
 
 
 class StageOptions(NamedTuple):
-    """Arguments of `stage`, from which a drawn stage was made."""
+    """Arguments with which `stage` makes a stage again."""
 
     bounds: tuple[float, ...]
-    """Bounds of the meshes on it, as for `stage`."""
+    """Bounds of the meshes on the stage, as for `stage`."""
     kind: Stage
     viewer: Viewer | None
 
     def make(self) -> pv.PolyData:
-        """Return the surface."""
+        """Return the stage's surface."""
         return stage(self.bounds, self.kind, self.viewer)
 
 
@@ -122,23 +122,24 @@ def stage(
 
 
 def _steps(first: float, last: float, spacing: float) -> Float64Array:
-    """Return evenly spaced numbers from `first` to `last`, both included, that are at most `spacing` apart."""
+    """Return evenly spaced numbers from `first` to `last`, including both. Neighbours are at most `spacing` apart."""
     return np.linspace(first, last, 1 + int(np.ceil((last - first) / spacing)))
 
 
 def _denser_at_0(last: float, spacing: float) -> Float64Array:
-    """Return rising numbers from 0 to `last`.
+    """Return increasing numbers from 0 to `last`.
 
-    They are `spacing` apart at 0, and up to 6 times as far apart at the end.
+    Neighbours are `spacing` apart at 0, and up to 6 times as far apart at the end.
     """
     t = _steps(0.0, 1.0, spacing / (_DENSITY * last))
     return np.asarray(last * (_DENSITY * t + (1.0 - _DENSITY) * t**3))
 
 
 def _grid(points: Float64Array) -> pv.PolyData:
-    """Return a surface of the quads between a grid of points, shape (m, n, 3).
+    """Return a surface of quads between a grid of points, shape (m, n, 3).
 
-    Fronts are on the side of the cross product of the directions in which the first and the second index grow.
+    The fronts are on the side of the cross product i × j. Here i and j are the directions in which the first and the
+    second index increase.
     """
     rows, columns, _ = points.shape
     numbers = np.arange(rows * columns).reshape(rows, columns)

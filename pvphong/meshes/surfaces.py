@@ -93,7 +93,7 @@ def outer_surface(mesh: pv.DataSet) -> pv.PolyData:
 
 
 def has_faces(mesh: pv.PolyData) -> bool:
-    """Return True if there is a polygon or a triangle strip."""
+    """Return True if a mesh has a polygon or a triangle strip."""
     return bool(mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells())
 
 
@@ -106,7 +106,7 @@ def has_only_triangles(mesh: pv.PolyData) -> bool:
 
 
 def has_normals(mesh: pv.PolyData) -> bool:
-    """Return True if the points have active normals."""
+    """Return True if a mesh's points have active normals."""
     return mesh.GetPointData().GetNormals() is not None
 
 
@@ -206,9 +206,9 @@ def weighted_normals(
     weighting: Weighting = "angle",
     backend: Backend = "auto",
 ) -> Float64Array:
-    """Compute the unit normals of a mesh's points, given as plain arrays.
+    """Compute the unit normals of a mesh's points, given as plain arrays, shape (n, 3).
 
-    The arguments are those of `pvphong.geometry.normals.point_normals`, and `backend` as for `vertex_normals`.
+    `backend` is as for `vertex_normals`. The other arguments are those of `pvphong.geometry.normals.point_normals`.
     """
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
@@ -266,9 +266,9 @@ _AUTO = 30.0
 
 
 def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
-    """Return the angle above which edges of a surface are split, in degrees; None if no edge is split.
+    """Return the angle in degrees above which edges of a surface are split; None if no edge is split.
 
-    "auto" is replaced as in `split_sharp_edges`.
+    The feature angle "auto" becomes a number or None as in `split_sharp_edges`.
     """
     if isinstance(feature_angle, str):
         if feature_angle != "auto":
@@ -282,7 +282,7 @@ def sharp_angle(mesh: pv.PolyData, feature_angle: FeatureAngle) -> float | None:
 def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[pv.PolyData, NDArray[np.int64] | None]:
     """Duplicate the points of a surface along its sharp edges.
 
-    This is the splitting of vtkPolyDataNormals, without its reorientation of faces.
+    Points are split as by vtkPolyDataNormals, but faces are not reoriented.
 
     Parameters
     ----------
@@ -335,8 +335,8 @@ def split_sharp_edges(mesh: pv.PolyData, feature_angle: FeatureAngle) -> tuple[p
 def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tuple[pv.PolyData, NDArray[np.int64]]:
     """Return a surface in which each face has its own points, and the index in `mesh` of each new point, shape (n,).
 
-    Coplanar faces are separated too. A vertex or line cell keeps a point that no face uses; in place of a point that
-    faces use, it gets the copy of one of these faces.
+    Coplanar faces are separated too. A vertex cell or line cell keeps its points that no face uses. A point that faces
+    use is replaced by the copy in one of these faces.
 
     Parameters
     ----------
@@ -357,7 +357,7 @@ def _apart(mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any]) -> tup
 def _split_points(
     mesh: pv.PolyData, faces: NDArray[Any], offsets: NDArray[Any], angle: float
 ) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Find the points that must be duplicated to split a surface along its sharp edges.
+    """Split a surface along its sharp edges. Return the new faces, and the points that were duplicated.
 
     Parameters
     ----------
@@ -442,7 +442,8 @@ def drawable(mesh: pv.DataSet, name: str) -> pv.DataSet:
     Parameters
     ----------
     mesh : pyvista.DataSet
-        A mesh with colours as the point array `name`. It is not modified, and shares all other data with the result.
+        A mesh with colours as the point array `name`. The mesh is not modified, and shares all other data with the
+        result.
     name : str
         Name of the array, of floats or uint8. uint8 colours are not changed.
     """

@@ -25,17 +25,21 @@ _MULTIPLE = 16
 
 
 class Exchanging(NamedTuple):
-    """A surface that exchanges light with others: a mesh, a function that returns its point normals, and its matrix."""
+    """A surface that exchanges light with others.
+
+    `normals` is a function that returns its point normals, and `matrix` its model matrix.
+    """
 
     source: pv.PolyData
     normals: Callable[[], FloatArray]
     matrix: MatrixLike | None
     inside: int | None = None
-    """Index of the surface on whose faces the points lie, for points without faces that only gather light."""
+    """Index of the surface on whose faces the points lie. It is set for points without faces, which only gather light.
+    """
 
     @classmethod
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
-        """Return the surface of a dataset, as one that exchanges light. Its normals are computed at their first use.
+        """Return the surface of a dataset, with normals that are computed when they are first used.
 
         `matrix` is the model matrix. `feature_angle` splits sharp edges, as for `shade`.
         """
@@ -63,7 +67,7 @@ def transport(
     mesh : pyvista.DataSet
         A dataset with a surface.
     occluders : sequence, optional
-        Other meshes, which block light and reflect none, each as a mesh or a pair of a mesh and a 4x4 matrix.
+        Other meshes that block light and do not reflect it, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
         Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls slightly faster than one over the
         square root of their number.
@@ -111,7 +115,7 @@ def transport_of(
 
 
 def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any = ()) -> Transport:
-    """Return the transport of light between some surfaces: `given` after a check, or a new one if `given` is None.
+    """Return `given`, the transport of light between some surfaces, after a check. If it is None, return a new one.
 
     A new transport casts rays when it is first used.
 

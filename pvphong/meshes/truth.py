@@ -68,11 +68,14 @@ class Truth:
 
 
 class ReflectingSurfaces(NamedTuple):
-    """Surfaces that reflect light to each other, for the path tracer, and the index of one mesh among them."""
+    """Surfaces that reflect light to each other, for the path tracer.
+
+    `own_index` is the index of one mesh among them.
+    """
 
     reflectors: Sequence[Reflector]
     occluders: Occluders
-    """Triangles of the reflectors, followed by those of other occluders."""
+    """Triangles of the reflectors, then those of other occluders."""
     own_index: int
 
 
@@ -85,7 +88,7 @@ def reflecting_blocks(
     matrix: MatrixLike | None = None,
     feature_angle: FeatureAngle = None,
 ) -> Iterator[ReflectingSurfaces]:
-    """Return, for each nonempty dataset of `blocks` in order, the surfaces that reflect light to it.
+    """Yield the surfaces that reflect light to each nonempty dataset of `blocks`, in order.
 
     These are all datasets; the results differ only in `own_index`. `materials` has a material for each dataset. The
     other parameters are those of `truth`.
@@ -157,7 +160,7 @@ def truth(
     material : Material or str, optional
         As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
     occluders : sequence, optional
-        Other meshes, which block light and reflect none, each as a mesh or a pair of a mesh and a 4x4 matrix.
+        Other meshes that block light and do not reflect it, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
         Paths per vertex, rounded up to a power of two from 16 to 65536. The error falls as one over the square root of
         their number.
@@ -214,7 +217,7 @@ def truth(
 
 
 def _refuse_more_than_all(reflector: Reflector) -> None:
-    """Raise ValueError if a surface reflects more diffuse light than arrives, so that the sum over bounces diverges."""
+    """Raise ValueError if a surface reflects more diffuse light than arrives. The sum over bounces would diverge."""
     equation = reflector.equation
     tints = reflector.values.get("diffuse", np.ones((1, 3)))
     for k in equation.lobes_of["diffuse"]:

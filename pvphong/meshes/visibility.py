@@ -50,9 +50,9 @@ def triangles_of(mesh: pv.PolyData) -> NDArray[np.int64]:
 
 
 def _shown(mesh: pv.PolyData) -> BoolArray:
-    """Return a mask of the faces that `polygons` returns: False for faces of cells that VTK's ghost array hides.
+    """Return a mask of the faces that `polygons` returns. It is False for faces of cells that VTK's ghost array hides.
 
-    Without a ghost array, the mask is [True], which can be broadcast.
+    Without a ghost array, the mask is [True], which broadcasts to all faces.
     """
     ghosts = mesh.cell_data.get("vtkGhostType")
     if ghosts is None:
@@ -64,7 +64,7 @@ def _shown(mesh: pv.PolyData) -> BoolArray:
 
 
 class KnownOccluders(NamedTuple):
-    """Occluders whose triangles are known already, and the index of one mesh among them."""
+    """Occluders with known triangles, and the index of one mesh among them."""
 
     occluders: Occluders
     own_index: int | None
@@ -74,7 +74,7 @@ class KnownOccluders(NamedTuple):
 
 
 def world_faces(source: pv.PolyData, matrix: MatrixLike | None = None) -> BlockingFaces:
-    """Return the triangles of a surface in world coordinates, with copies of its points.
+    """Return the triangles of a surface in world coordinates. The points are copied.
 
     `matrix` is the surface's model matrix; None is the identity.
     """
@@ -145,7 +145,7 @@ def checked_occluders(given: Any) -> list[BlockingFaces]:
 def occluders_of_blocks(
     blocks: pv.MultiBlock, matrix: MatrixLike | None = None, occluders: Any = ()
 ) -> Iterator[KnownOccluders]:
-    """Return, for each nonempty dataset of `blocks` in order, the occluders among which it is lit.
+    """Yield the occluders for each nonempty dataset of `blocks`, in order.
 
     These are all datasets and the meshes in `occluders`. The results share their triangles; they differ only in
     `own_index`.
@@ -156,11 +156,11 @@ def occluders_of_blocks(
 
 
 def visibility_options(blocks: pv.MultiBlock, scene: Scene, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield, for each nonempty dataset of `blocks` in order, the options with which it is lit.
+    """Yield the options with which each nonempty dataset of `blocks` is lit, in order.
 
-    Each result is a copy of `options` with one change. If `options` has the key "visibility", for a mapping from paths
-    of datasets to visibilities, the mapping is replaced by the dataset's entry. Without this key, the occluders are
-    replaced by those among which the dataset is lit, if the scene needs rays.
+    Each result is a copy of `options` with one change. If `options` has the key "visibility", its value is a mapping
+    from paths of datasets to visibilities, and is replaced by the dataset's entry. Without this key, if the scene needs
+    rays, the occluders are replaced by the occluders for this dataset.
 
     Raises
     ------
@@ -214,7 +214,10 @@ def tracer_of(
     tolerance: float = _AS_FINE_AS_A_DISPLAY,
     samples: int | None = None,
 ) -> Tracer:
-    """Return the tracer that casts rays from a surface's vertices to the lights and the sky of a scene."""
+    """Return the tracer that casts rays from a surface's vertices to the lights and the sky of a scene.
+
+    `known` are the meshes that block light. `tolerance` and `samples` are as for `mesh.phong.visibility`.
+    """
     model = scene.light_model
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)
     own = replace(receiver, part=known.own_index)

@@ -1,8 +1,8 @@
 """Detection of truncated mesh files, before VTK reads them and after VTK has written them.
 
 VTK's readers accept many truncated files, and some of its writers do not report a full disk. Here only the length that
-a file declares, or its required end, is checked; VTK checks the rest. A truncation at a point where a shorter file
-could end, as between the lines of an .obj file, cannot be detected.
+a file declares, or its required end, is checked; VTK checks the rest. If the part that is left is also a valid file, as
+with some lines of an .obj file, the truncation cannot be detected.
 
 The formats, in the order of this module: VTK's XML files, HDF5, .stl, .ply, legacy .vtk. The argument `contents` is a
 `mmap.mmap`, whose slices are bytes.
@@ -28,8 +28,8 @@ _BLOCK = re.compile(rb"""<DataSet\b[^>]*?\bfile\s*=\s*["']([^"']+)["']""")
 def refuse_incomplete(path: Path) -> None:
     """Raise ``ValueError`` if a file is truncated. Formats without a declared length or end are not checked.
 
-    If the file names the files of its blocks, these are checked too. A missing file is no error here; the reader
-    reports it.
+    If the file lists the files of its blocks, these are checked too. A missing file is not reported here, but by the
+    reader.
     """
     suffix = path.suffix.lower()
     check = _CHECKS.get(suffix)
@@ -56,9 +56,9 @@ _FORMAT, _OFFSET = (re.compile(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""") 
 
 
 def _check_xml(contents: Any) -> None:
-    """Raise ValueError if a VTK XML file lacks its end tag, or an array appended as bytes is shorter than declared.
+    """Raise ValueError if a VTK XML file has no end tag, or an array appended as bytes is shorter than declared.
 
-    The content of compressed bytes is not checked: VTK verifies their checksum.
+    Compressed bytes are not checked, because VTK verifies their checksum.
     """
     if b"</VTKFile>" not in contents[-_END:]:
         raise ValueError("It is cut short: the end tag </VTKFile> is missing.")
@@ -80,7 +80,7 @@ def _check_xml(contents: Any) -> None:
 
 
 def _end_of_array(data: Any, place: int, head: bytes) -> int:
-    """Return the position at which an appended array ends according to its header.
+    """Return the position of the end of an appended array, as its header declares it.
 
     For an uncompressed array, the header is the number of bytes. For a compressed array, it is the number of blocks,
     the size of a full block, the size of the last block, and the compressed size of each block.

@@ -23,9 +23,10 @@ INVERSE_SQUARE = (0.0, 0.0, 1.0)
 
 
 def checked_coefficients(name: str, value: VectorLike) -> Vector:
-    """Check the constant, linear and quadratic coefficients, and return them; all must be >= 0, and at least one > 0.
+    """Check three attenuation coefficients, and return them as a tuple.
 
-    `name` is the argument's name in messages.
+    `value` has the constant, linear and quadratic coefficient. All must be >= 0, and at least one must be > 0. `name`
+    is the argument's name in messages.
     """
     constant, linear, quadratic = check.numbers_in(name, value, 3)
     if min(constant, linear, quadratic) < 0.0 or not (constant or linear or quadratic):
@@ -40,7 +41,7 @@ COEFFICIENTS = Falloff(checked_coefficients, "radius")
 
 @formula
 def divisor(c: Any, l: Any, q: Any, d: Any) -> Any:
-    """Compute c + l·d + q·d² for a distance d; the attenuation is 1 divided by it."""
+    """Compute c + l·d + q·d² for a distance d. The attenuation is 1 divided by the result."""
     return multiply_add(multiply_add(q, d, l), d, c)
 
 
@@ -64,9 +65,10 @@ def attenuate(distance: Float64Array, attenuation: VectorLike) -> Float64Array:
 
 
 def strength_at(distance: float, attenuation: VectorLike) -> float:
-    """Return the attenuation at one distance, by the constant, linear and quadratic coefficients.
+    """Return the attenuation at one distance.
 
-    At the distance 0, the result is infinite if the constant coefficient is 0.
+    `attenuation` has the constant, linear and quadratic coefficients. If the constant coefficient is 0, the result for
+    the distance 0 is infinite.
     """
     constant, linear, quadratic = attenuation
     weakening = divisor(constant, linear, quadratic, distance)
@@ -76,8 +78,9 @@ def strength_at(distance: float, attenuation: VectorLike) -> float:
 def distance_of(fraction: float, attenuation: VectorLike) -> float | None:
     """Return the distance at which the attenuation has fallen to a fraction of its value at the light.
 
-    The result is None if the attenuation does not fall. If the constant coefficient is 0, the value at the light is
-    infinite; the result is then the distance at which the attenuation equals `fraction`.
+    `attenuation` has the constant, linear and quadratic coefficients. The result is None if the attenuation does not
+    fall. If the constant coefficient is 0, the value at the light is infinite; the result is then the distance at which
+    the attenuation equals `fraction`.
     """
     constant, linear, quadratic = attenuation
     rest = (constant or 1.0) / fraction - constant

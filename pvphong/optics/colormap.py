@@ -27,7 +27,9 @@ def _scalars(name: str, value: Any) -> Any:
 
 
 def numbers_of(name: str, values: Any) -> Any:
-    """Return values as an array of real numbers, complex numbers or bools, shape (n,) or (n, k), without a copy.
+    """Convert `values` to a NumPy array without a copy, and check its type and shape.
+
+    The array must contain real numbers, complex numbers or bools, and have the shape (n,) or (n, k).
 
     Raises
     ------
@@ -138,9 +140,9 @@ class Colormap:
     Parameters
     ----------
     scalars : str or array_like
-        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. Of rows with
-        several numbers, the length is mapped, or the number that `component` selects. Of complex numbers, the real part
-        is mapped. Bools have two colours, whatever the range.
+        Name of a point or cell array, or an array with a row for each of the mesh's points or cells. If rows
+        have several numbers, the length of each row is mapped, or the column that `component` selects. For complex
+        numbers, the real part is mapped. Bools have two colours, whatever the range.
     cmap : str, sequence of colours, matplotlib.colors.Colormap or pyvista.LookupTable, optional
         Colormap: a name that PyVista knows, or a sequence of colours, each a name or three numbers from 0 to 1;
         defaults to the colormap of PyVista's theme. A lookup table defines its own range and colours; the options that
@@ -151,8 +153,8 @@ class Colormap:
     n_colors : int, default 256
         Number of colours; not used if `cmap` is a list of colours.
     log_scale : bool, default False
-        True to map the logarithms of the numbers, between those of `clim`. A lower end of `clim` that is not positive
-        is replaced by the least positive float.
+        True for a logarithmic scale between the two numbers of `clim`. If the lower one is not positive, the least
+        positive float replaces it.
     nan_color, below_color, above_color : color, optional
         Colour of NaN (by default, the theme's), of numbers below `clim` (by default, the first colour) and of numbers
         above `clim` (by default, the last colour).
@@ -165,9 +167,9 @@ class Colormap:
     component : int, optional
         Index of the column to map, for an array with several columns; by default, the lengths of the rows are mapped.
     preference : {"point", "cell"}, optional
-        Kind of array, needed if point and cell data both have an array with the name `scalars`; such a name is refused
-        without a preference. If `scalars` is an array, and the mesh has as many points as cells, the default is
-        "point".
+        Kind of array to use if point data and cell data both have an array with the name `scalars`; without a
+        preference, such a name is refused. If `scalars` is an array, and the mesh has as many points as cells, the
+        default is "point".
 
     Raises
     ------
@@ -204,7 +206,7 @@ class Colormap:
 
     @property
     def given(self) -> dict[str, Any]:
-        """`scalars`, and the other fields that differ from their defaults, as field → value."""
+        """Dictionary from name to value, for the field `scalars` and all fields that differ from their defaults."""
         others = {
             each.name: getattr(self, each.name) for each in fields(self)[1:] if getattr(self, each.name) != each.default
         }
@@ -217,7 +219,7 @@ class Colormap:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        """The fields in a form by which colormaps are compared; arrays and other objects compare by identity."""
+        """Values of all fields, by which colormaps are compared. Arrays and other objects are compared by identity."""
         values = (getattr(self, each.name) for each in fields(self))
         plain = (str, tuple, bool, int, float, type(None))
         return tuple(value if isinstance(value, plain) else (id(value), type(value)) for value in values)
@@ -249,9 +251,14 @@ class Colormap:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any], place: str = "colormap") -> Colormap:
-        """Restore a colormap from the result of `to_dict`.
+        """Restore a colormap from `given`, the result of `to_dict`.
 
-        For an invalid field, raise a ValueError whose message begins with `place`.
+        `place` is the colormap's name in messages.
+
+        Raises
+        ------
+        ValueError
+            If a field is unknown or invalid.
         """
         if "scalars" not in documents.entries(place, given):
             check.refuse(f"{place}.scalars", "nothing", "the name of a point or cell array")

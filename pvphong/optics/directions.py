@@ -14,7 +14,10 @@ from pvphong.optics.area.sampling import combined, length_and_direction, on_disk
 
 
 class Directions(NamedTuple):
-    """Importance sampling of a direction at each of n points: a function that samples, and one for the density."""
+    """Importance sampling of one direction at each of n points.
+
+    It consists of two functions: one chooses the directions, the other returns their density.
+    """
 
     sample: Callable[[Any, Any], Float64Array]
     """Function of u and v, shape (n,), that returns unit vectors, shape (3, n); zero where there is no direction."""
@@ -55,10 +58,10 @@ def by_halves(
     slope_density: Callable[[Any, Any], Any],
     t: FloatArray | None = None,
 ) -> Directions:
-    """Sample half-way directions h by their slopes h·t/h·n and h·(n × t)/h·n, and mirror the viewer at them.
+    """Sample half-way directions h by their slopes, and mirror the vectors v to the viewer at them.
 
-    The density of slopes, divided by (h·n)³, is the density of h. The density of h, divided by 4 v·h, is the density of
-    the mirrored directions.
+    The two slopes of h are h·t/h·n and h·(n × t)/h·n. The density of slopes, divided by (h·n)³, is the density of h.
+    The density of h, divided by 4 v·h, is the density of the mirrored directions.
 
     Parameters
     ----------
@@ -90,7 +93,10 @@ def by_halves(
 
 
 def mixed(first: Directions, second: Directions, share: float) -> Directions:
-    """Mix two samplings: a direction is from `first` with the probability `share`, else from `second`."""
+    """Mix two samplings.
+
+    A direction is chosen by `first` with the probability `share`, and by `second` with the probability 1 − `share`.
+    """
 
     def sample(u: Any, v: Any) -> Float64Array:
         is_first = u < share

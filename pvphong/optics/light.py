@@ -6,7 +6,7 @@ kind's name in scene files. That package's docstring lists the steps that make i
 A kind of light declares its fields with roles (`roles.py`), and must define one of:
 
 - `placement`: its position and falloff;
-- `nodes`: the lights without a size of which it is the sum;
+- `nodes`: lights without a size, whose sum replaces it;
 - `arrival`: the light that arrives at a vertex. Usually only the readable evaluator calls it; see `Light.placement`.
 
 All other methods have safe defaults here. `pvphong/shading/plan/lights.py` defines cheaper replacements of lights, and
@@ -62,9 +62,9 @@ NODES = 64
 
 
 class Integral(NamedTuple):
-    """Light that a lobe reflects from an area light of intensity 1.
+    """Light that a lobe, a part of a reflectance, reflects from an area light of intensity 1.
 
-    The integral is the limit of the sum over the light's nodes as the number of nodes grows.
+    The integral is the limit of the sum over the light's `nodes` as their number grows.
     """
 
     formula: Callable[..., Any]
@@ -77,15 +77,16 @@ class Integral(NamedTuple):
 
     radius: float
     """Radius of a sphere around `place` that encloses the light. The formula is not evaluated where the sphere is below
-    the horizon, or where a lobe around the mirrored viewer is 0: see `lobes.may_rise` and `lobes.shows`."""
+    the horizon, or outside a lobe around the mirrored viewer: see `lobes.may_rise` and `lobes.shows`."""
 
     numbers: tuple[float, ...]
 
 
 class Pattern(NamedTuple):
-    """Factor of a light's strength that a table gives for each direction.
+    """Table of the factors by which a light's strength depends on the direction.
 
-    Two formulas, because compiled code vectorises the first, which has no loads from the table.
+    The formula `place` finds the place of a direction in the table, and the formula `value` reads the factor there.
+    There are two formulas, because compiled code can vectorise `place`, which does not read the table.
     """
 
     place: Callable[[Any, Any], tuple[Any, Any, Any]]
@@ -209,7 +210,10 @@ class Light(metaclass=_Kind):
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **given: Any) -> Self:
-        """Refuse unknown fields, and PyVista's name `color` for `diffuse`."""
+        """Raise an error for unknown fields.
+
+        For `color`, PyVista's name of the field, the message suggests `diffuse`.
+        """
         check.refuse_color(cls, given)
         check.keywords(cls, given)
         return super().__new__(cls)
@@ -234,7 +238,7 @@ class Light(metaclass=_Kind):
 
     @property
     def roles(self) -> dict[str, Role]:
-        """Roles of the fields that only this kind of light has, as name of the field → role."""
+        """Mapping from name to role, for the fields that this kind of light adds to the fields of `Light`."""
         kind: Any = type(self)
         return roles_of(kind)
 
@@ -248,7 +252,7 @@ class Light(metaclass=_Kind):
         return [getattr(self, field) for field, role in self.roles.items() if isinstance(role, kind)]
 
     def with_values(self, kind: type[Role], value: Any) -> Self:
-        """Return this light with `value` in each field whose role is an instance of `kind`."""
+        """Return a copy of this light, with `value` in each field whose role is an instance of `kind`."""
         return replace(self, **{field: value for field, role in self.roles.items() if isinstance(role, kind)})
 
     @property
@@ -257,11 +261,18 @@ class Light(metaclass=_Kind):
         return [*self.values(Place), *(corner for corners in self.values(Corners) for corner in corners)]
 
     def moved(self, move: Callable[[Vector], Vector]) -> Self:
-        """Return this light with its positions and corners moved by the function `move`; directions and sizes stay."""
+        """Return a copy of this light in which the function `move` is applied to all positions and corners.
+
+        Directions and sizes stay the same.
+        """
         return self._mapped(move, lambda vector: vector, self.frame)
 
     def in_world(self, viewer: Any) -> Self:
-        """Return this light with world coordinates, placed for a viewer; a light in the world frame is unchanged."""
+        """Convert this light to the world frame, for a viewer.
+
+        A light in the world frame is returned unchanged. A light in another frame gets the place that it has for this
+        viewer.
+        """
         if self.frame == "world":
             return self
         if self.frame == "camera":
@@ -269,7 +280,7 @@ class Light(metaclass=_Kind):
         return self._with(lambda role, value: role.of_viewer(value, viewer), frame="world")
 
     def in_frame(self, frame: Frame, viewer: Any) -> Self:
-        """Convert this light, given in the world frame, to another frame of a viewer: the inverse of `in_world`."""
+        """Convert this light from the world frame to the frame `frame` of a viewer; the inverse of `in_world`."""
         if frame == "camera":
             return self._mapped(viewer.point_to_eye, viewer.vector_to_eye, frame)
         return replace(self, frame=frame)
@@ -291,9 +302,11 @@ class Light(metaclass=_Kind):
 
     @property
     def curves(self) -> tuple[Float64Array, ...]:
-        """Curves that show the intensity by direction, as offsets from the position, shape (k, 3) each; 1 is largest.
+        """Curves that show the intensity by direction: for each curve an array of shape (k, 3).
 
-        A window draws them. Lights without measured intensities have none.
+        Each row is an offset from the light's position. Its direction is a direction of light, and its length is the
+        intensity there, divided by the largest intensity. A window draws the curves. Lights without measured
+        intensities have none.
         """
         return ()
 
@@ -303,8 +316,9 @@ class Light(metaclass=_Kind):
     def placement(self) -> PunctualParameters | None:
         """Position and falloff of a light without a size; None for a kind that defines `nodes` or `arrival` instead.
 
-        For a kind that defines only `arrival`, `is_uniform` decides: if it is True, compiled code and the readable
-        evaluator can light scenes with this kind; if it is False, only the readable evaluator can.
+        If a kind defines only `arrival`, its `is_uniform` decides which evaluators can light scenes with it. If
+        `is_uniform` is True, compiled code and the readable evaluator can. If it is False, only the readable evaluator
+        can.
         """
         return None
 
@@ -389,7 +403,10 @@ class Light(metaclass=_Kind):
         return (((1.0, 1.0, 1.0), self),)
 
     def analytic_integral(self, form: CosinePower) -> Integral | None:  # noqa: ARG002 there is none
-        """Return the exact integral over the light, weighted by the lobe `form`; None if there is no such formula."""
+        """Return the exact integral over the light, weighted by `form`, a power of a cosine; None without a formula.
+
+        `form` is the factor of a lobe, that is, of a part of the surface's reflectance.
+        """
         return None
 
     @property

@@ -22,7 +22,7 @@ MOST_REFLECTED = 16.0
 
 
 class Field(NamedTuple):
-    """What a field of a material or reflectance allows in a map: colours or numbers, and their range."""
+    """Limits of a map in a field of a material or reflectance: colours or numbers, and their range."""
 
     is_color: bool
     least: float
@@ -165,8 +165,8 @@ class NamedColor(tuple[float, float, float]):
 def color_or_map(name: str, value: Any) -> Any:
     """Check the value of the field `name`, a colour or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`. A colour that is given by its name becomes a `NamedColor`. Any other colour is
-    returned as by `check.color`.
+    A map has the form that `map_in` returns. A colour that is given by its name becomes a `NamedColor`. Any other
+    colour has the form that `check.color` returns.
     """
     found = value if isinstance(value, NamedColor) else map_in(name, value)
     if found is not None:
@@ -177,7 +177,7 @@ def color_or_map(name: str, value: Any) -> Any:
 def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
     """Check the value of the field `name`, a number or a map, and return it in canonical form.
 
-    A map is returned as by `map_in`. A number must be within `bounds`, the keyword arguments of `check.number`.
+    A map has the form that `map_in` returns. A number must be within `bounds`, the keyword arguments of `check.number`.
     """
     found = map_in(name, value)
     return check.number(name, value, **bounds) if found is None else found
@@ -186,8 +186,8 @@ def number_or_map(name: str, value: Any, **bounds: Any) -> Any:
 def refuse_unnamed(name: str, value: Any) -> None:
     """Raise ValueError if the value of the field `name` cannot be saved in a file.
 
-    Refused are arrays and textures, also as the scalars of a colormap. Numbers, colours, the names of arrays, the paths
-    of image files, and colormaps of named arrays can be saved.
+    Arrays and textures cannot be saved, also as the scalars of a colormap. Numbers, colours, the names of arrays, the
+    paths of image files, and colormaps of named arrays can.
     """
     if isinstance(value, Colormap):
         value.to_dict(name)
@@ -233,8 +233,8 @@ def map_values(name: str, value: Any, count: int) -> Values:
     Raises
     ------
     ValueError
-        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. Of albedo's numbers,
-        only those above 1 raise: NaN and negative numbers become 0 when the map is used.
+        For a wrong shape or length, integers other than uint8 as colours, or numbers out of range. For albedo, only
+        numbers above 1 raise: NaN and negative numbers become 0 when the map is used.
     """
     field = FIELDS[name]
     allowed = f"{field.allowed}, shape (n,){' or (n, 3)' if field.is_color else ''}"
@@ -281,8 +281,9 @@ def map_values(name: str, value: Any, count: int) -> Values:
 def _range_of(numbers: Any) -> tuple[float, float]:
     """Return the least and the greatest number of an (n, 1) or (n, 3) array of floats; NaN if the array contains a NaN.
 
-    For colours >= 0, the least may be returned as 0. Read as unsigned integers, floats >= 0 keep their order, and
-    negative floats are larger. So the greatest integer, found in one pass, proves that all colours are >= 0.
+    If an array of colours has no negative number, the least may be returned as 0. One pass then suffices: read as
+    unsigned integers, floats >= 0 keep their order, and negative floats are larger than all others. So if the greatest
+    integer belongs to a float >= 0, no number is negative.
     """
     if numbers.shape[1] == 3 and numbers.flags.c_contiguous:
         bits = numbers.view(np.uint32 if numbers.itemsize == 4 else np.uint64).max()
@@ -293,10 +294,10 @@ def _range_of(numbers: Any) -> tuple[float, float]:
 
 
 def fractions(name: str, rows: Any, real: Any = np.float64) -> FloatArray:
-    """Convert the checked values of a map of colours to floats of the type `real`.
+    """Convert `rows`, the checked values of a map of colours, to floats of the type `real`.
 
-    uint8 values are divided by 255. If `name`, the map's field, is "albedo", values are clipped to [0, 1], and NaN
-    become 0.
+    `name` is the field of the map. uint8 values are divided by 255. For the field "albedo", floats are clipped to [0,
+    1], and NaN become 0.
     """
     if rows.dtype == np.uint8:
         return np.divide(rows, 255.0, dtype=real)

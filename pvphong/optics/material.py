@@ -135,7 +135,10 @@ class Material:
     __signature__ = InitSignature()
 
     def __new__(cls, *given: Any, **fields: Any) -> Self:
-        """Refuse positional arguments: `Material("gold")` would set the ambient colour."""
+        """Raise an error for unknown fields and for positional arguments.
+
+        Otherwise `Material("gold")` would set the ambient colour.
+        """
         if given:
             check.refuse("Material", given[0], "made with keywords, as in Material(diffuse=...)", _remedy(given[0]))
         check.refuse_color(cls, fields)
@@ -148,7 +151,10 @@ class Material:
 
     @property
     def _unset(self) -> list[str]:
-        """Names of the fields that have their default and that scene files of earlier versions do not have."""
+        """Names of the fields that scene files and `repr` omit.
+
+        These fields have their default value, and scene files of earlier versions do not have them.
+        """
         return [name for name, default in _NEW if getattr(self, name) == default]
 
     def __post_init__(self) -> None:
@@ -156,7 +162,7 @@ class Material:
 
     @property
     def maps(self) -> dict[str, AnyMap]:
-        """Mapping field → map, for the maps of this material and of its reflectance.
+        """Maps of this material and of its reflectance, as name of the field → map.
 
         If the reflectance sets a field, such as the shininess, the reflectance's value counts, even if the material's
         own value is a map.
@@ -379,7 +385,7 @@ def as_material(given: Any) -> Material:
 def without_maps(material: Material, where: str) -> Material:
     """Return an equivalent material with an albedo of 1; raise ValueError if a field of the material is a map.
 
-    The message ends with `where`, which tells where maps are not allowed, such as "for VTK's picture".
+    `where` ends the message; it says where maps are not allowed, as in "for VTK's picture".
     """
     for name, given in material.maps.items():
         check.refuse(name, given, f"one number or colour {where}")
@@ -427,7 +433,10 @@ def _rounded(color: Any) -> str:
 
 
 def _remedy(given: Any) -> str:
-    """Return the remedy for a positional argument of `Material`, which has only keyword arguments."""
+    """Return a sentence that suggests another call after `Material(given)` was refused.
+
+    `Material` has only keyword arguments.
+    """
     if isinstance(given, str) and given.lower() in Material.names():
         return f"Use Material.named({given!r})."
     return "Convert a pyvista.Property with Material.from_property."

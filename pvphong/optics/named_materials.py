@@ -68,7 +68,8 @@ def _scattering(color: float | Vector, reflectance: Reflectance, **more: Any) ->
 def _metal(color: Vector, shininess: float) -> dict[str, Any]:
     """Return the fields of a material with the reflectance `Metal`; its diffuse colour is a fifth of `color`.
 
-    `color` is linear, at normal incidence; the values are from N. Hoffman's SIGGRAPH courses.
+    `color` is the metal's linear reflectance at normal incidence, from N. Hoffman's SIGGRAPH courses. `shininess` is
+    the exponent of the highlight.
     """
     red, green, blue = color
     return _scattering((0.2 * red, 0.2 * green, 0.2 * blue), Metal(color, shininess))

@@ -1,8 +1,8 @@
 """Environment images: equirectangular, linear, row 0 at the top, stored in scene files.
 
-Let a direction be at the angle θ from the top, and at the angle φ around the top, from the image's middle to the right
-as seen from inside. Its texel is then at the fraction θ/π of the rows and 1/2 + φ/2π of the columns. Texels are
-constant: there is no interpolation.
+Two angles give a direction: θ is the angle from the top, and φ the angle around the top. φ is 0 in the image's middle,
+and grows to the right, as seen from inside. The texel of the direction is at the fraction θ/π of the rows and
+1/2 + φ/2π of the columns. Texels are constant: there is no interpolation.
 """
 
 from __future__ import annotations
@@ -108,7 +108,10 @@ class Panorama:
 
     @cached_property
     def harmonics(self) -> Float64Array:
-        """Coefficients of the image's spherical harmonics, as from `projected`, divided by `largest`."""
+        """Coefficients of the image's spherical harmonics, divided by `largest`: shape (3, bands, bands, 2).
+
+        The function `projected` describes the coefficients' order.
+        """
         scaled = self.image.astype(np.float64) / (self.largest or 1.0)
         return projected(scaled[:1, :1] if self.is_uniform else scaled, 1 if self.is_uniform else BANDS)
 
@@ -135,10 +138,10 @@ def _angles(count: int) -> Float64Array:
 
 
 def image_or_color(name: str, value: Any) -> Any:
-    """Return a checked colour, or the `Panorama` made from an array, a texture, or a mapping from a scene file.
+    """Check the value of the field `name`, and return it as a colour or as a `Panorama`.
 
-    The 8-bit values of a texture that is marked as sRGB are decoded from sRGB. Without this mark, 8-bit values are
-    refused.
+    A panorama is made from an array, a texture, or a mapping from a scene file. The 8-bit values of a texture that is
+    marked as sRGB are decoded from sRGB. Without this mark, 8-bit values are refused.
     """
     if isinstance(value, Panorama):
         return value

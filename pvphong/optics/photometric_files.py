@@ -75,7 +75,7 @@ class _Words:
         self._next = 0
 
     def take(self, count: int, what: str) -> Float64Array:
-        """Return the next numbers."""
+        """Return the next `count` numbers. `what` names them in messages."""
         words = self._words[self._next : self._next + count]
         if len(words) < count:
             raise ValueError(f"the file is cut short: it ends after {len(words)} of {count} numbers of the {what}")
@@ -89,7 +89,7 @@ class _Words:
         return found
 
     def count(self, what: str, most: int = _MOST_ANGLES) -> int:
-        """Return the next number, which must be a count from 1 to `most`."""
+        """Return the next number, which must be a whole number from 1 to `most`. `what` names it in messages."""
         return _counted(float(self.take(1, what)[0]), what, most)
 
     def refuse_more(self) -> None:
@@ -116,9 +116,11 @@ def _counted(number: float, what: str, most: int) -> int:
 
 
 def _ies(lines: list[str], start: int, folder: Path | None) -> Photometry:
-    """Return the photometry of an IES file, whose line `start` says TILT=…
+    """Return the photometry of an IES file.
 
-    `folder` contains the file of the tilt, if that is a file; if it is None, such a file is refused.
+    `lines` are the file's lines, and `start` is the index of the line that begins with TILT=. `folder` is the folder of
+    the file; if the line names a second file with tilt factors, this file is read from `folder`. If `folder` is None,
+    such a line is refused.
     """
     found = _TILT.match(lines[start].strip())
     assert found is not None
@@ -151,7 +153,11 @@ def _ies(lines: list[str], start: int, folder: Path | None) -> Photometry:
 
 
 def _closed(horizontal: Float64Array, rows: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Repeat the first row at 360 degrees, if even steps from 0 degrees end one step before."""
+    """Complete a circle of horizontal angles: if the last one is one step before 360 degrees, append 360 degrees.
+
+    `rows` has the intensities, one row for each angle; the first row is repeated at 360 degrees. Angles that are not in
+    equal steps from 0 degrees are returned unchanged.
+    """
     step = 360.0 / len(horizontal)
     if len(horizontal) > 2 and np.allclose(horizontal, step * np.arange(len(horizontal)), atol=1e-3):
         return np.append(horizontal, 360.0), np.vstack([rows, rows[:1]])
@@ -178,7 +184,7 @@ _PLANES = {0: (0.0, 1.0), 1: (0.0, 0.0), 2: (0.0, 0.5), 3: (0.75, 1.25), 4: (0.0
 
 
 def _eulumdat(lines: list[str]) -> Photometry:
-    """Return the photometry of a EULUMDAT file: the intensities for the first set of lamps."""
+    """Return the photometry of a EULUMDAT file with these lines: the intensities for the first set of lamps."""
     rows = [line.strip().replace(",", ".") for line in lines]
     while rows and not rows[-1]:
         rows.pop()
@@ -213,7 +219,7 @@ def _eulumdat(lines: list[str]) -> Photometry:
     first, last = _PLANES[int(symmetry)]
     is_divided = all((share * planes).is_integer() for share in (first, last))
     if symmetry and (not is_divided or not np.allclose(around, 360.0 / planes * np.arange(planes), atol=0.01)):
-        raise ValueError(f"{planes} C-planes at their angles do not fit to the symmetry {symmetry:g}")
+        raise ValueError(f"{planes} C-planes at these angles do not fit the symmetry {symmetry:g}")
     stored = 1 if symmetry == 1 else planes if symmetry == 0 else round((last - first) * planes) + 1
     values = [number(at + k, f"intensity {k + 1} of {stored * gammas}") for k in range(stored * gammas)]
     if len(rows) > at + len(values):
@@ -228,7 +234,11 @@ def _eulumdat(lines: list[str]) -> Photometry:
 
 
 def _mirrored(candela: Float64Array, planes: int) -> Float64Array:
-    """Return the rows of all C-planes from 0 to 360 degrees, given those from 270 over 0 to 90 degrees."""
+    """Mirror the intensities of half a circle to a full circle of C-planes.
+
+    `candela` has a row for each plane from C270 through C0 to C90, and `planes` is the number of planes in the full
+    circle. The result has a row for each plane from C0 to C360.
+    """
     quarter = planes // 4
     right = candela[quarter:]  # from C0 to C90
     left = candela[: quarter + 1]  # from C270 to C360

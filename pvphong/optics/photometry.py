@@ -39,10 +39,10 @@ def _text(numbers: Any) -> str:
 
 
 class Grid(NamedTuple):
-    """Intensities at equal steps of the angles θ and φ, and the axes to which these refer."""
+    """Intensities at equal steps of the angles θ and φ, and the directions from which these angles are measured."""
 
     axes: tuple[str, str, str]
-    """The pole, the direction of φ = 0, and that of φ = 90°: "d", "u" or "r", for an opposite direction "-r"."""
+    """Names of the pole, of the direction φ = 0, and of φ = 90°: "d", "u", "r", or "-r" for the opposite of r."""
     start: tuple[float, float]
     """Least θ and φ, in degrees."""
     step: tuple[float, float]
@@ -60,16 +60,17 @@ class Photometry:
     Parameters
     ----------
     kind : {"A", "B", "C"}
-        Type of the goniophotometer; see the module.
+        Type of the goniophotometer, as in the module's docstring.
     vertical, horizontal : str
         Angles in degrees, ascending. Symmetries are as in LM-63: for type C, horizontal angles end at 0, 90, 180 or
         360, or run from 90 to 270; for types A and B, angles that start at 0 hold for negative angles too.
     candela : tuple of str
         For each horizontal angle, the intensity at each vertical angle. All factors except the tilt's are included.
     tilt : str, optional
-        Angles in degrees, and after them as many factors, by which intensities are multiplied if the lamp is tilted.
+        Tilt angles in degrees, followed by the same number of factors. All intensities are multiplied by the factor at
+        the lamp's tilt.
     tilt_axis : {1, 2, 3}
-        Axis of the bare lamp, whose angle is the tilt: 1 along d, 2 along r, 3 along u.
+        Axis of the bare lamp, from whose orientation the tilt is computed: 1 along d, 2 along r, 3 along u.
 
     Raises
     ------
@@ -105,10 +106,10 @@ class Photometry:
             worst = values[~(np.isfinite(values) & (values >= 0.0))][0]
             check.refuse("candela", f"{worst:g}", "finite numbers >= 0")
         if not values.any():
-            check.refuse("candela", "zeros only", "numbers of which one is larger than 0")
+            check.refuse("candela", "zeros only", "numbers that are not all 0")
         angles, factors = self.tilt_factors
         if len(angles) != len(factors) or (np.diff(angles) <= 0.0).any() or not (factors >= 0.0).all():
-            check.refuse("tilt", self.tilt, "ascending angles, and as many factors >= 0")
+            check.refuse("tilt", self.tilt, "ascending angles, followed by the same number of factors >= 0")
         if self.tilt_axis not in (1, 2, 3):
             check.refuse("tilt_axis", self.tilt_axis, "1, 2 or 3")
 
@@ -134,7 +135,7 @@ class Photometry:
 
     @property
     def tilt_factors(self) -> tuple[Float64Array, Float64Array]:
-        """Angles of the tilt in degrees, and the factors there."""
+        """Tilt angles in degrees, and the factor of the intensities at each of them: two arrays."""
         numbers = _numbers(self.tilt)
         return numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
 
@@ -145,7 +146,10 @@ class Photometry:
 
     @cached_property
     def grid(self) -> Grid:
-        """The intensities as light reads them, with all symmetries written out."""
+        """Intensities in equal steps of both angles.
+
+        Directions that the file omits because of a symmetry are included.
+        """
         vertical, horizontal = self.angles
         rows = np.array([_numbers(row) for row in self.candela])  # (horizontal, vertical)
         if self.kind == "C":
@@ -161,7 +165,10 @@ class Photometry:
 
     @cached_property
     def lumens(self) -> float:
-        """Luminous flux, the integral of the intensities over all directions, without a tilt."""
+        """Luminous flux in lumens: the integral of the intensities over all directions.
+
+        The factor of a tilt is not included.
+        """
         grid = self.grid
         theta, phi = (
             np.radians(start + step * np.arange(count))
@@ -178,9 +185,10 @@ class Photometry:
         return float(inner @ grid.candela @ across)
 
     def tilt_factor(self, d: Vector, u: Vector, r: Vector) -> float:
-        """Return the factor for the lamp's axes in the world, in which up is +z.
+        """Return the factor by which the lamp's tilt changes its intensities; 1 without tilt factors.
 
-        The tilt is the angle by which the bare lamp has turned from its orientation in a lamp that aims straight down.
+        d, u and r are the lamp's axes in the world as unit vectors, with up along +z. The tilt is the angle by which
+        the bare lamp has turned from its orientation in a lamp that aims straight down.
         """
         angles, factors = self.tilt_factors
         if not len(angles):
@@ -201,9 +209,10 @@ class Photometry:
         candela: FloatArray,
         tilt: tuple[int, Float64Array, Float64Array] | None = None,
     ) -> Photometry:
-        """Make a photometry of arrays; `candela` has the shape (horizontal, vertical).
+        """Make a photometry from arrays.
 
-        `tilt` has the number of the axis, the angles and the factors.
+        `vertical` and `horizontal` are the angles in degrees, and `candela` the intensities, shape (horizontal,
+        vertical). `tilt` has the number of the axis, the tilt angles and the factors.
         """
         rows = tuple(_text(row) for row in candela)
         axis, angles, factors = tilt or (1, np.empty(0), np.empty(0))
@@ -215,7 +224,10 @@ def _short(angles: Float64Array) -> str:
 
 
 def _all_around(horizontal: Float64Array, rows: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return type C's angles from −180° to 180° and their rows, with symmetries written out."""
+    """Extend the horizontal angles of type C to −180° to 180°, and return the angles and their rows of intensities.
+
+    Angles that the file omits because of a symmetry are included.
+    """
     last = horizontal[-1]
     if last == 0.0:
         return np.array([-180.0, 180.0]), np.repeat(rows, 2, axis=0)
@@ -232,7 +244,22 @@ def _all_around(horizontal: Float64Array, rows: Float64Array) -> tuple[Float64Ar
 
 
 def _even(axes: tuple[str, str, str], theta: Float64Array, phi: Float64Array, rows: Float64Array) -> Grid:
-    """Return the grid whose steps divide the given angles, unless they would be too small."""
+    """Interpolate intensities to a grid with equal steps.
+
+    Parameters
+    ----------
+    axes : tuple of str
+        Axes of the grid.
+    theta, phi : ndarray
+        Measured angles in degrees, shapes (a,) and (b,).
+    rows : ndarray
+        Intensities at these angles, shape (a, b).
+
+    Returns
+    -------
+    Grid
+        Its steps are from `_step_of`: all measured angles are on the grid, unless the steps would be too small.
+    """
     steps = tuple(map(_step_of, (theta, phi), _LEAST_STEPS))
     counts = [round((angles[-1] - angles[0]) / step) + 1 for angles, step in zip((theta, phi), steps, strict=True)]
     new_theta, new_phi = (np.linspace(a[0], a[-1], count) for a, count in zip((theta, phi), counts, strict=True))
@@ -243,7 +270,10 @@ def _even(axes: tuple[str, str, str], theta: Float64Array, phi: Float64Array, ro
 
 
 def _step_of(angles: Float64Array, least: float) -> float:
-    """Return the greatest step that divides all differences of angles; at least about `least`."""
+    """Return the greatest step in degrees that divides all differences of the angles.
+
+    If it is smaller than `least`, return a step of about `least` that divides the whole range.
+    """
     differences = np.rint(np.diff(angles) * _PRECISE).astype(np.int64)
     step = float(np.gcd.reduce(differences)) / _PRECISE
     if step >= least:

@@ -31,7 +31,7 @@ WHITE: Vector = (1.0, 1.0, 1.0)
 
 
 class Geometry(NamedTuple):
-    """What the formula of a reflectance reads about a vertex and a light: directions and cosines.
+    """Input of a reflectance's formula for a vertex and a light: directions and cosines.
 
     Numbers are floats in compiled code, and arrays (n,) in NumPy. Vectors are tuples of three floats in compiled code,
     and arrays (3, n) or (3, 1) in NumPy.
@@ -69,10 +69,14 @@ ANYWHERE = AngleBounds(0.0, 0.0, math.pi)
 
 
 class Peak(NamedTuple):
-    """Peak of a highlight: the chord C is 0 there, and the highlight is a function of f = 1 − ½|C|²."""
+    """Peak of a highlight, described by a chord C: the difference of two unit vectors that are equal at the peak.
+
+    For Phong's highlight, these are the mirror direction and the direction to the viewer. The highlight is a function
+    of f = 1 − ½|C|², the cosine of the angle between them.
+    """
 
     square: Callable[[Geometry], Any]
-    """Formula of |C|²."""
+    """Formula of the squared chord |C|² for a `Geometry`."""
     chord: Callable[[Any, Any, Any], Any]
     """Function of arrays (3, k) or (3, 1) of unit vectors n, l and v that returns vectors with the length of C."""
     most: Callable[[AngleBounds], float]

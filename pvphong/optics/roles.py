@@ -59,9 +59,9 @@ class Role:
         return value
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:
-        """Return the value of a headlight's field in the world frame, for a viewer.
+        """Convert `value`, the value of a headlight's field, to the world frame.
 
-        By default, `value`, the field's own value, is in eye space and is converted to the world frame.
+        This default is for values in the eye space of `viewer`. Roles with other values override it.
         """
         return self.mapped(value, viewer.point_to_world, viewer.vector_to_world)
 
@@ -77,7 +77,7 @@ class Place(Role):
         return point(value)
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the position of the viewer's eye, which is a headlight's position."""
+        """Return the position of the viewer's eye: a headlight is there, whatever its field's `value`."""
         return viewer.position
 
 
@@ -92,9 +92,9 @@ class Direction(Role):
 
 
 class Up(Direction):
-    """Role of a field that holds the direction of a light's height, and so its orientation around its aim.
+    """Role of a field that holds the direction of a light's height. It fixes the light's rotation around its aim.
 
-    The light's `axes` are unit vectors as rows: front, right and up.
+    A light with such a field has `axes`, unit vectors as rows: front, right and up.
     """
 
 
@@ -102,12 +102,12 @@ class Aim(Direction):
     """Role of a field that holds the direction in which a light travels."""
 
     def of_viewer(self, value: Any, viewer: Any) -> Any:  # noqa: ARG002 as for any role
-        """Return the direction of the viewer's view axis, in which a headlight shines."""
+        """Return the direction of the viewer's view: a headlight shines along it, whatever its field's `value`."""
         return viewer.view_direction
 
 
 class Corners(Role):
-    """Role of a field that holds the corners of a light, in order around it."""
+    """Role of a field that holds the corners of a light, in order around the light."""
 
     unit: ClassVar[str] = MESH_UNIT
     labels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
@@ -153,7 +153,10 @@ class Angle(Role):
 
 
 class Width(Role):
-    """Apparent diameter of a light that is infinitely far away, in degrees; 0 for a light without a size."""
+    """Role of a field that holds the apparent diameter of an infinitely distant light, in degrees.
+
+    0 is a light without a size.
+    """
 
     unit: ClassVar[str] = "°"
 
@@ -161,7 +164,7 @@ class Width(Role):
 class Turn(Role):
     """Role of a field that holds a rotation around the light's up vector, counter-clockwise, in degrees.
 
-    The light's `axes[0]` is its front.
+    A light with such a field has `axes`; `axes[0]` is its front.
     """
 
     unit: ClassVar[str] = "°"
@@ -184,7 +187,7 @@ class Power(Falloff):
 
 
 def meaning(role: Role, default: Any) -> Any:
-    """Declare a dataclass field of a light that has the role `role`. The role's check checks the field's value."""
+    """Declare a dataclass field of a light, with a role and a default. The role's `check` checks the field's values."""
     return check.field(role.check, default, role=role)
 
 
@@ -241,5 +244,5 @@ def direction_from(position: Any, target: Any) -> Vector:
 
 @cache
 def roles_of(kind: Any) -> dict[str, Role]:
-    """Return field name → role, for those fields of the dataclass `kind` that have a role, in order."""
+    """Return a mapping from name to role, for the fields of the dataclass `kind` that have a role, in order."""
     return {each.name: each.metadata["role"] for each in fields(kind) if "role" in each.metadata}

@@ -72,8 +72,8 @@ def radiances(
     to_sky : ndarray
         Unit vectors above the horizon, shape (k, 3).
     level : ndarray
-        Integrals of cos ζ over the parts of the sky for which the directions stand, shape (k,). Their product with the
-        radiances is the diffuse horizontal irradiance, exactly.
+        Integrals of cos ζ over the k parts of the sky that `to_sky` represents, shape (k,). Radiances times `level`,
+        summed over the parts, give exactly the diffuse horizontal irradiance.
     sun : ndarray
         Unit vectors to the sun, shape (t, 3). A sun below the horizon counts as on it.
     direct_normal, diffuse_horizontal : ndarray
@@ -97,11 +97,19 @@ def radiances(
 def _perez(
     to_sky: Float64Array, sun: Float64Array, direct: Float64Array, diffuse: Float64Array, above: Float64Array
 ) -> Float64Array:
-    """Return (1 + a exp(b / cos ζ)) (1 + c exp(d γ) + e cos² γ), at least 0.
+    """Return Perez' relative radiance (1 + a exp(b / cos ζ)) (1 + c exp(d γ) + e cos² γ), at least 0, shape (t, k).
 
-    The clearness ε and the brightness Δ determine a to e. Their formulas are those of R. Perez et al., "Modeling
-    daylight availability and irradiance components from direct and global irradiance", Solar Energy 44 (1990), 271-289.
-    The air mass is that of F. Kasten, "A new table and approximation formula for the relative optical air mass" (1966).
+    The coefficients a to e depend on the clearness ε and the brightness Δ, by the formulas of R. Perez et al.,
+    "Modeling daylight availability and irradiance components from direct and global irradiance", Solar Energy 44
+    (1990), 271-289. The air mass is that of F. Kasten, "A new table and approximation formula for the relative optical
+    air mass" (1966).
+
+    Parameters
+    ----------
+    to_sky, sun : ndarray
+        Unit vectors to the parts of the sky, shape (k, 3), and to the sun, shape (t, 3).
+    direct, diffuse, above : ndarray
+        Irradiances in W/m², shape (t,): direct normal, diffuse horizontal, and that of the sun above the atmosphere.
     """
     z = np.arccos(np.clip(sun[:, 2], 0.0, 1.0))
     mass = 1.0 / (sun[:, 2] + 0.15 * (93.885 - np.degrees(z)) ** -1.253)
@@ -125,12 +133,20 @@ def _perez(
 
 
 def _overcast(to_sky: Float64Array, sun: Float64Array, *_: Float64Array) -> Float64Array:
-    """Return 1 + 2 cos ζ (P. Moon, D. Spencer, "Illumination from a non-uniform sky", 1942; CIE S 011/E:2003)."""
+    """Return the relative radiance of the overcast sky, 1 + 2 cos ζ, shape (t, k).
+
+    `to_sky` has k unit vectors to the sky, and `sun` t unit vectors to the sun. Sources: P. Moon and D. Spencer,
+    "Illumination from a non-uniform sky", 1942; CIE S 011/E:2003.
+    """
     return np.broadcast_to(1.0 + 2.0 * to_sky[:, 2], (len(sun), len(to_sky)))
 
 
 def _clear(to_sky: Float64Array, sun: Float64Array, *_: Float64Array) -> Float64Array:
-    """Return (0.91 + 10 exp(−3γ) + 0.45 cos² γ) (1 − exp(−0.32 / cos ζ)) (CIE 22, 1973; R. Kittler 1967)."""
+    """Return the relative radiance of the clear sky, shape (t, k).
+
+    It is (0.91 + 10 exp(−3γ) + 0.45 cos² γ) (1 − exp(−0.32 / cos ζ)). `to_sky` has k unit vectors to the sky, and `sun`
+    t unit vectors to the sun. Sources: CIE 22, 1973; R. Kittler 1967.
+    """
     to_sun = np.clip(sun @ to_sky.T, -1.0, 1.0)
     indicatrix = 0.91 + 10.0 * np.exp(-3.0 * np.arccos(to_sun)) + 0.45 * to_sun * to_sun
     return np.asarray(indicatrix * (1.0 - np.exp(-0.32 / np.maximum(to_sky[:, 2], _LEAST_COSINE))))
@@ -140,7 +156,7 @@ _MODELS: dict[str, Callable[..., Float64Array]] = {"perez": _perez, "overcast": 
 
 
 def ground_radiance(albedo: float, sun_height: float, direct_normal: float, diffuse_horizontal: float) -> float:
-    """Return the radiance in W/m²/sr of open ground, which reflects all light diffusely.
+    """Return the radiance in W/m²/sr of open ground that reflects diffusely.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class Surface:
         Unit vectors along the surface, only roughly orthogonal to the normals; zero where a vertex has no tangent. None
         if the reflectance does not need tangents.
     maps : mapping
-        Mapping field → numbers per vertex, shape (n,), which replace this field of the reflectance.
+        Name of a field → numbers per vertex, shape (n,), that replace the field of the reflectance.
     """
 
     raw: FloatArray

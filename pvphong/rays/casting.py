@@ -2,9 +2,9 @@
 
 In order: triangles and hits; the equivalent backends, two for Embree and one for VTK; `Caster`, which prepares rays of
 any length and origin for a backend; and `Occluders`, all geometry that can block light. Occluders consist of parts; a
-part is the triangles of one mesh.
+part is the triangles of one mesh. A caster holds the triangles of one or more parts.
 
-A backend has at least one triangle, with finite coordinates from -1 to 1: a caster centres its triangles and scales
+A backend has at least one triangle. The coordinates are finite, from -1 to 1: a caster centres its triangles and scales
 them by a power of two. Rays start at most a few such units away. So single precision has the same resolution for any
 unit of length and any distance from the origin.
 """
@@ -77,7 +77,7 @@ class BlockingFaces:
 
     @cached_property
     def sound_numbers(self) -> IntArray:
-        """Indices of triangles whose corners are finite, shape (k,)."""
+        """Indices of the triangles whose three corners are finite, shape (k,)."""
         if not len(self) or not len(self.points) or np.isfinite(box_of(self.points)).all():
             return np.arange(len(self))
         finite: Any = np.isfinite(self.points).all(axis=1)
@@ -85,7 +85,7 @@ class BlockingFaces:
 
     @cached_property
     def sound(self) -> BlockingFaces:
-        """Triangles whose corners are finite."""
+        """The same points, with only the triangles whose corners are finite."""
         if len(self.sound_numbers) == len(self):
             return self
         used, corners = np.unique(self.corners[self.sound_numbers], return_inverse=True)
@@ -93,12 +93,12 @@ class BlockingFaces:
 
     @cached_property
     def box(self) -> Box | None:
-        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each; None without any."""
+        """Least and greatest coordinates of the triangles with finite corners, shape (3,) each, or None."""
         return box_of(self.sound.points) if len(self.sound) else None
 
     @property
     def sphere(self) -> Sphere | None:
-        """Bounding sphere of the triangles with finite corners; None without any."""
+        """Bounding sphere of the triangles with finite corners; None if there are none."""
         return None if self.box is None else sphere_around(self.box)
 
 
@@ -108,13 +108,14 @@ class Hits(NamedTuple):
     triangles: IntArray
     """Indices of the triangles, shape (n,); −1 for a miss."""
     weights: FloatArray
-    """Barycentric weights of the second and third corners, shape (n, 2); the first corner has the rest of 1."""
+    """Barycentric weights of the second and third corners, shape (n, 2). The weight of the first corner is 1 minus
+    these."""
     distances: Float64Array
     """Distances, shape (n,); infinity for a miss."""
 
     @classmethod
     def none(cls, count: int) -> Self:
-        """Make the hits of `count` rays that miss."""
+        """Return hits in which `count` rays all miss."""
         return cls(np.full(count, -1), np.zeros((count, 2)), np.full(count, math.inf))
 
 
@@ -122,7 +123,7 @@ class Triangles(NamedTuple):
     """All triangles of several parts, for compiled code. Each caster tests some of them."""
 
     starts: IntArray
-    """Start of each caster's triangles in `numbers`."""
+    """Index in `numbers` at which each caster's triangles start."""
     numbers: IntArray
     """Indices of the casters' triangles among all triangles, caster after caster."""
     corners: IntArray
@@ -133,7 +134,7 @@ class Triangles(NamedTuple):
 
 
 class Embreex:
-    """Embree through embreex's own calls (the extra `rays`), with the same results as `Embree`, but slower."""
+    """Embree, called through embreex's own functions (the extra `rays`). Results are those of `Embree`, but slower."""
 
     title = "embreex's own calls (slower)"
 
@@ -146,7 +147,7 @@ class Embreex:
         self.blocked(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.ones(1))  # the first ray builds the tree
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for each ray that hits a triangle within its length.
+        """Return True for each ray that hits a triangle within its length, shape (n,).
 
         `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
         """
@@ -182,7 +183,7 @@ class Locator:
         self._locator.BuildLocator()
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for each ray that hits a triangle within its length.
+        """Return True for each ray that hits a triangle within its length, shape (n,).
 
         `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors.
         """
@@ -228,8 +229,8 @@ class Caster:
         Triangles, at least one of them with finite corners. Triangles without an area, or with a corner that is not
         finite, block nothing.
     within : (low, high) or None
-        Box of a larger set of triangles that contains these. It determines rounding and origins of rays, so that they
-        are the same as for the whole set. Defaults to the triangles' own box.
+        Box of a larger set of triangles that contains these. With this box, rays are rounded, and their origins are
+        moved, as for the larger set. By default, the triangles' own box.
     backend : type
         Class that casts the rays.
     """
@@ -246,7 +247,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, three numbers; then the power of two by which coordinates are scaled to [−1, 1]."""
+        """Centre of the box, three numbers; then the power of two that scales coordinates to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
@@ -279,8 +280,7 @@ class Caster:
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
         """Find the first hit of each ray; arguments as for `blocked`.
 
-        The triangles' numbers in the result are indices in `BlockingFaces.sound`, which has only triangles with finite
-        corners.
+        Triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
         """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
@@ -294,9 +294,10 @@ class Caster:
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
         """Yield chunks of rays that may hit something, with arguments for the backend's `blocked` and `first`.
 
-        The arguments are as for `Caster.blocked`. A chunk is five arrays: the indices of the rays; their origins,
-        directions and lengths in the backend's coordinates; and the length by which each ray is shortened. A ray from a
-        far origin is shortened because its origin is moved along the ray to the triangles.
+        The arguments are as for `Caster.blocked`. A chunk is five arrays. The first has the indices of the rays. The
+        next three have their origins, directions and lengths, in the backend's coordinates. The last has the length by
+        which each ray is shortened. A ray from a far origin is shortened because its origin is moved along the ray to
+        the triangles.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -358,8 +359,7 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Groups of parts of similar size, as lists of indices, from large to small. The parts of a group share a
-        caster.
+        """Groups of parts of similar size, as lists of part indices, from large to small. Each group has one caster.
 
         With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
@@ -429,7 +429,7 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that the caster of a part resolves; `part` is the part's index.
+        """Return the smallest length that a part's caster resolves; `part` is the part's index.
 
         If `part` is None, or the part has no caster, return the resolution of the caster with the smallest parts. If
         there are no casters, return 0.
@@ -440,7 +440,7 @@ class Occluders:
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return, shape (n,), True for each ray that any part blocks; arguments as for `Caster.blocked`."""
+        """Return True for each ray that any part blocks, shape (n,); arguments as for `Caster.blocked`."""
         found = np.zeros(len(directions), bool)
         for caster in self.casters:
             free = np.flatnonzero(~found)
@@ -467,7 +467,7 @@ class Occluders:
 
 
 def _joined(parts: Sequence[BlockingFaces]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Concatenate the points of parts. Return them, and the triangles' corners as indices in them."""
+    """Return the points of all parts, and the corners of all triangles as indices of these points."""
     starts = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
     corners = np.concatenate([part.corners + start for part, start in zip(parts, starts, strict=True)])
     return np.concatenate([part.points for part in parts]), corners

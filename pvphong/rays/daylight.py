@@ -1,12 +1,13 @@
 """Daylight coefficients: the visible part of each patch of the sky, of the ground, and of the sun at many positions.
 
-They depend on geometry only. Any weather then gives irradiances by one product per vertex (P. Tregenza, I. Waters,
+They depend on geometry only. The irradiances for any weather are then one product per vertex (P. Tregenza, I. Waters,
 "Daylight coefficients", 1983; the sun's own positions instead of patches: J. Mardaljevic, "Simulation of annual
 daylighting profiles", 2000). In order: bins of sun positions; `SkyTracer` casts the rays; `Coefficients` stores what
 they see; `received` is the product.
 
 The irradiance by a patch that is completely visible needs no rays: it follows from the normal. Rays only give the
-visible part of each patch, as the part of its own rays, weighted by their cosines. So an open surface has no error.
+visible part of each patch: the fraction of the patch's rays that nothing blocks, weighted by their cosines. So an open
+surface has no error.
 """
 
 from __future__ import annotations
@@ -29,18 +30,19 @@ from pvphong.shading import kernel
 
 
 class SunBins(NamedTuple):
-    """Positions of the sun to which rays are cast, and the position that stands for each time."""
+    """A few positions of the sun to which rays are cast, and the index of one of them for each time."""
 
     directions: Float64Array
     """Unit vectors, shape (b, 3)."""
     of_times: IntArray
-    """Index of the direction for each time, shape (t,); −1 if the sun is below the horizon."""
+    """Index in `directions` for each time, shape (t,); −1 if the sun is below the horizon."""
 
 
 def sun_bins(to_sun: Float64Array, above: NDArray[np.bool_], degrees: float) -> SunBins:
-    """Choose a few positions of the sun, so that each position is at most some degrees from a chosen one.
+    """Choose a few positions of the sun, so that each given position is at most `degrees` from a chosen position.
 
-    The next choice is the position with the most others around it that are still without one (greedy set cover).
+    The next position to be chosen is the one that is near to the most positions without a chosen one (greedy set
+    cover).
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ def sun_bins(to_sun: Float64Array, above: NDArray[np.bool_], degrees: float) -> 
     above : ndarray
         True where the sun is above the horizon, shape (t,).
     degrees : float
-        Largest angle between a position and the chosen one; 0 to choose all positions.
+        Largest angle between a given position and the nearest chosen position; 0 to choose all positions.
     """
     from scipy import sparse
     from scipy.spatial import cKDTree
@@ -91,15 +93,16 @@ class Coefficients(NamedTuple):
     ground_error: FloatArray
     """Standard error of `ground`, shape (n,)."""
     sun: NDArray[np.uint8]
-    """Whether each vertex sees the sun at each of b positions, shape (b, m): bits, eight vertices each."""
+    """Bits that are 1 where a vertex sees the sun, for each of b positions, shape (b, m). A byte has the bits of eight
+    vertices."""
     samples: int
     """Number of rays to each patch."""
     rays: int
-    """Number of rays in all."""
+    """Total number of rays."""
 
     @classmethod
     def bytes_for(cls, vertices: int, patches: int, positions: int) -> int:
-        """Return the memory of the coefficients."""
+        """Return the memory of the coefficients in bytes, for a number of vertices, sky patches and sun positions."""
         return vertices * (patches + 8) + positions * -(-vertices // 8)
 
 
@@ -107,7 +110,8 @@ class Coefficients(NamedTuple):
 class SkyTracer:
     """Casts rays from vertices to the sky, the ground and the sun.
 
-    All vertices use the same directions, so that a result does not depend on the order of vertices, or on pieces.
+    All vertices use the same directions. So the result does not depend on the order of vertices, nor on how a mesh is
+    split.
 
     Parameters
     ----------
@@ -134,15 +138,15 @@ class SkyTracer:
 
     @property
     def bytes_needed(self) -> int:
-        """Number of bytes of the coefficients."""
+        """Memory of the coefficients in bytes."""
         return Coefficients.bytes_for(len(self.receiver.points), len(self.patches), len(self.to_sun))
 
     def some(self, rows: IntArray) -> SkyTracer:
-        """Return a tracer of some of the vertices."""
+        """Return a tracer for the vertices `rows` (indices) only."""
         return replace(self, receiver=self.receiver.some(rows))
 
     def cast(self) -> Coefficients:
-        """Cast all rays."""
+        """Cast all rays and return the coefficients."""
         self.receiver.origins, self.occluders.casters  # noqa: B018  threads will share them
         count, rays = len(self.receiver.points), list[int]()
         sky = np.empty((count, len(self.patches)), np.uint8)
@@ -168,7 +172,7 @@ class SkyTracer:
 
 @dataclass(eq=False)
 class _Some:
-    """A block of vertices that look into one direction after another."""
+    """A block of vertices, all of which look in one direction after another."""
 
     points: Float64Array
     origins: Float64Array
@@ -181,13 +185,16 @@ class _Some:
 
     @classmethod
     def of(cls, tracer: SkyTracer, rows: slice) -> Self:
-        """Return a block of a tracer's vertices."""
+        """Return the block of a tracer's vertices in the slice `rows`."""
         receiver, occluders = tracer.receiver, tracer.occluders
         vertices = receiver.points[rows], receiver.origins[rows], receiver.unit_normals[rows]
         return cls(*vertices, occluders, occluders.resolution(receiver.part))
 
     def seen(self, direction: Float64Array) -> Float64Array:
-        """Return 1 for vertices that face a direction into which nothing blocks the view, else 0."""
+        """Return 1 for vertices that face a direction and see the sky there, else 0.
+
+        `direction` is a unit vector, shape (3,).
+        """
         threads.go_on()
         result, compiled = np.zeros(len(self.points)), self.occluders.compiled
         if compiled is not None:
@@ -203,9 +210,10 @@ class _Some:
         return result
 
     def part_of(self, directions: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Return the visible part of a patch by its rays, weighted by cosines, and their sum of cosines.
+        """Return the visible part of a patch, weighted by cosines, and the sum of the cosines, for each vertex.
 
-        The part is 1 if the patch is behind the tangent plane.
+        `directions`, shape (samples, 3), are the patch's rays. If the patch is behind the tangent plane, the visible
+        part is 1.
         """
         cosines = directions @ self.normals.T
         np.maximum(cosines, 0.0, out=cosines)
@@ -217,9 +225,9 @@ class _Some:
         return np.divide(visible, whole, out=np.ones_like(whole), where=is_above), whole
 
     def part_of_all(self, patches: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Return the visible part of patches of the same size together, and its standard error.
+        """Return the visible part of several patches of equal size together, and its standard error, for each vertex.
 
-        `patches` has the rays' directions of each patch, shape (k, samples, 3).
+        `patches`, shape (k, samples, 3), are the directions of each patch's rays.
         """
         whole, visible, variance = np.zeros((3, len(self.points)))
         for directions in patches:
@@ -232,9 +240,10 @@ class _Some:
 
 
 def variance_of(part: FloatArray, samples: int) -> FloatArray:
-    """Return the variance of a visible part that is a mean over some rays.
+    """Return the variance of a visible part that is a mean over `samples` rays.
 
-    It is that of random rays in a patch. The rays are distributed more evenly, so it is an upper estimate.
+    It is the variance for random rays in a patch. The true rays are distributed more evenly, so it is an upper
+    estimate.
     """
     return part * (1.0 - part) / (samples - 1.0)
 
@@ -243,14 +252,15 @@ def variance_of(part: FloatArray, samples: int) -> FloatArray:
 
 
 class Sources(NamedTuple):
-    """What the sun, the sky and the ground send, summed over times."""
+    """Light that the sun, the sky and the ground emit, summed over times."""
 
     sky: Float64Array
-    """Radiance of each patch times hours, Wh/m²/sr, shape (k,)."""
+    """Radiance of each patch, times hours, Wh/m²/sr, shape (k,)."""
     ground: float
-    """Radiance of the ground times hours, Wh/m²/sr."""
+    """Radiance of the ground, times hours, Wh/m²/sr."""
     sun: Float64Array
-    """Sum of direct normal irradiance × hours × unit vectors to the sun, for each position, Wh/m², shape (b, 3)."""
+    """For each position of the sun, the sum of direct normal irradiance × hours × unit vector to the sun, Wh/m², shape
+    (b, 3)."""
     hours: Float64Array
     """Hours of each position of the sun, shape (b,)."""
 
@@ -276,20 +286,20 @@ _PRODUCTS_AT_ONCE = 2**11
 def received(
     coefficients: Coefficients, normals: Float64Array, axes: Float64Array, patches: Patches, sources: Sources
 ) -> Received:
-    """Multiply coefficients with what the sun, the sky and the ground send.
+    """Return the light that vertices receive: the product of coefficients and sources.
 
     Parameters
     ----------
     coefficients : Coefficients
         Visible parts.
     normals : ndarray
-        Unit normals, shape (n, 3); 0 where there is none.
+        Unit normals, shape (n, 3); 0 for a vertex without a normal.
     axes : ndarray
         Unit vectors to the east, to the north and up, as rows.
     patches : Patches
         Patches of the sky.
     sources : Sources
-        What is sent, from the same patches and positions of the sun.
+        Light of the same patches and positions of the sun.
     """
     result = Received(*np.zeros((5, len(normals))))
     of_sun = np.column_stack([sources.sun, sources.hours])

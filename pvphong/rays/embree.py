@@ -83,7 +83,7 @@ def library() -> ctypes.CDLL:
 
 
 def _libraries_in_wheel() -> list[str]:
-    """Return the paths of Embree's libraries in the wheel.
+    """Return the paths of Embree's libraries in the installed package embreex.
 
     They are needed on platforms such as Windows, where a module does not find the symbols of the libraries that it has
     loaded.
@@ -167,7 +167,7 @@ class Embree:
             raise MemoryError(f"Embree cannot build a scene of {len(corners):,} triangles (error {error}).")
 
     def blocked(self, origins: Float64Array, directions: FloatArray, lengths: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for each ray that hits a triangle within its length.
+        """Return True for each ray that hits a triangle within its length, shape (n,).
 
         `origins` and `directions` have the shape (n, 3), and `lengths` has (n,). The directions are unit vectors. All
         numbers are of moderate size.
@@ -176,7 +176,7 @@ class Embree:
 
 
 def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> Casters:
-    """Return scenes in the form that compiled code reads, with the transforms of rays to the scenes' coordinates.
+    """Return Embree scenes, and the transforms of rays to their coordinates, in the form that compiled code reads.
 
     `places` has four numbers for each scene: its centre, and the power of two that scales it to [−1, 1].
 

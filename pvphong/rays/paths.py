@@ -8,11 +8,11 @@ over unit vectors l. L is the arriving light: from the lights, or the colour B(y
 the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours. The
 constant ambient light is excluded, because it stands for bounced light.
 
-At each point of a path, rays go to all lights: to point-like lights, and to one sample on each other light. The
-reflectance samples one direction, in which the path continues. If the path hits an area light, this gives a second
-estimate of the light. The power heuristic weights both estimates (E. Veach and L. Guibas, "Optimally combining sampling
-techniques for Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low
-weight (J. Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
+At each point of a path, rays go to all lights: to point-like lights, and to one random point of each other light. One
+direction, in which the path continues, is sampled from the reflectance. If the path hits an area light, this gives a
+second estimate of the light. The power heuristic weights both estimates (E. Veach and L. Guibas, "Optimally combining
+sampling techniques for Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly
+paths of low weight (J. Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
 
 Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
 round, the first direction and the samples on lights are points of the Sobol sequence.
@@ -68,9 +68,9 @@ class Reflector:
     equation : Equation
         Equation of the scene and the mesh's material, in the standard convention.
     values : mapping
-        Values at the mesh's points, interpolated between them, shape (n, k) each. "normal" are unit vectors in the
-        world. "tangents" are present if the reflectance needs them, the equation's maps by their names, and the tints
-        "emission", "specular" and "diffuse"; the last is for lobes that take the albedo.
+        Values at the mesh's points, shape (n, k) each, to be interpolated. "normal" are unit vectors in the world.
+        "tangents" are present if the reflectance needs them. The equation's maps are present by their names. The tints
+        (colours of maps) are "emission", "specular" and "diffuse"; "diffuse" multiplies the lobes that take the albedo.
     """
 
     faces: BlockingFaces
@@ -84,10 +84,9 @@ class Reflector:
 
     @cached_property
     def cosine_share(self) -> float:
-        """Fraction of sampled directions that are distributed by the cosine; the others are distributed by the
-        highlight.
+        """Fraction of the sampled directions that follow the cosine; the other directions follow the highlight.
 
-        The fraction is the diffuse part of the reflected light for a viewer at 45°, within limits; 1 if there is no
+        The fraction is the diffuse part of the reflected light for a viewer at 45°, within limits; 1 without a
         highlight.
         """
         reflectance, colors = self.equation.reflectance, self.equation.colors
@@ -111,7 +110,7 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Split rows of all values, shape (m, sum of k), into the values by name, shape (k, m) each."""
+        """Split `rows`, all values side by side, shape (m, sum of k), into the values by name, shape (k, m) each."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
@@ -122,8 +121,8 @@ class Reflector:
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
         """Return the values at one place in each of m triangles, by name, shape (k, m) each.
 
-        `corners`, shape (m, 3), holds point indices. `weights`, shape (m, 3), holds the barycentric coordinates of the
-        places. The values are interpolated by them.
+        `corners`, shape (m, 3), are the indices of the triangles' points. `weights`, shape (m, 3), are the barycentric
+        coordinates of the places.
         """
         a, b, c = (weights[:, k, None] * self._rows[corners[:, k]] for k in range(3))
         return self.named(a + b + c)
@@ -139,9 +138,10 @@ class Interaction:
     points, origins : ndarray
         Points, and origins of rays from them, shape (3, n).
     v : ndarray
-        Unit vectors to the viewer, shape (3, n); zero where there is none.
+        Unit vectors to the viewer, shape (3, n); zero for a point at the viewer.
     values : dict
-        Values from `Reflector`. The normals are on the side that is seen; they are zero where nothing is reflected.
+        Values at the points, by name, from `Reflector`. The normals are on the visible side. They are zero where
+        nothing is reflected.
     margin : float
         Distance between the end of a ray to a light and the light.
     """
@@ -170,22 +170,23 @@ class Interaction:
 
     @cached_property
     def directions(self) -> Directions:
-        """Importance sampling of directions: by the cosine, and by the highlight too if there is one."""
+        """Importance sampling of directions: by the cosine, and by the highlight if there is one."""
         by_cosine, share = around(self.normals, 1.0), self._cosine_share
         by_highlight = self.equation.reflectance.directions(self.surface) if share < 1.0 else None
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Return, for each lobe, the factor by which it multiplies the arriving light, shape (n,)."""
+        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each."""
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
-        """Return, shape (3, n), the sum over the lobes of colour times factor times tint, for each point.
+        """Return the sum over the lobes of colour times factor times tint, for each point, shape (3, n).
 
-        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe.
+        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A tint is the colour
+        of a map.
         """
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):
@@ -195,7 +196,7 @@ class Interaction:
 
 
 class _Sight:
-    """Area light as seen from points."""
+    """One area light, as seen from n points."""
 
     def __init__(self, term: LightTerm, at: Interaction) -> None:
         sampling = term.light.sampling
@@ -208,16 +209,20 @@ class _Sight:
         self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
 
     def sample(self, u: Float64Array, v: Float64Array) -> Float64Array:
-        """Return unit vectors to points of the light, shape (3, n), chosen by the random numbers `u` and `v`, (n,)."""
+        """Return unit vectors to random points of the light, shape (3, n).
+
+        `u` and `v`, shape (n,), are the random numbers.
+        """
         chosen = self._sampling.sample(self._numbers, self._frame, u, v)[0]
         return np.stack([np.broadcast_to(each, len(self._at)) for each in chosen]).astype(np.float64)
 
     def arriving(
         self, to_light: Float64Array, factors: Sequence[Any], *, by_chance: bool
     ) -> tuple[Float64Array, Float64Array]:
-        """Return an estimate of the light's reflection from each sample: reflected light, times weight, over density.
+        """Return an estimate of the light's reflection from each sample, and the distances to the light.
 
-        The weight is the power heuristic's, for the two ways to sample a direction: on the light, and by the surface.
+        The estimate is the reflected light times a weight, divided by the density of samples. A direction can be
+        sampled in two ways: on the light, and by the surface. The power heuristic gives the weight.
 
         Parameters
         ----------
@@ -247,12 +252,14 @@ class _Sight:
 
 
 class _Numbers:
-    """Pairs of random numbers in (0, 1) for paths, in the order of vertices, rounds and paths of a round.
+    """Pairs of random numbers in (0, 1) for paths.
+
+    Paths are in the order of vertices, then rounds, then paths of a round.
 
     Parameters
     ----------
     vertices : ndarray
-        Numbers of the vertices, shape (n,).
+        Indices of the vertices, shape (n,).
     rounds, points : int
         Number of rounds per vertex, and of paths per round.
     seed : int
@@ -270,7 +277,7 @@ class _Numbers:
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
         """Return a pair of random numbers for each path, as two arrays.
 
-        Before the first bounce, the pairs are for all paths, and `paths` is ignored. They are points of the Sobol
+        Before the first bounce, pairs for all paths are returned, and `paths` is ignored. They are points of the Sobol
         sequence, shuffled for each round and purpose.
 
         Parameters
@@ -301,18 +308,17 @@ def _joined(pairs: NDArray[np.uint32]) -> NDArray[np.uint64]:
 
 
 class _Bundle(NamedTuple):
-    """Paths that have reached points of one reflector."""
+    """Paths that have reached points of the same reflector."""
 
     at: Interaction
     paths: IntArray
-    """Numbers of the paths, shape (n,)."""
+    """Indices of the paths, shape (n,)."""
     weights: Float64Array
-    """Factor by which light that a path reflects at its current point is multiplied on the way to its vertex, shape (3,
-    n)."""
+    """Factor that multiplies light on its way from a path's current point to the path's vertex, shape (3, n)."""
 
 
 class _Rays(NamedTuple):
-    """Paths that continue, and their first hits."""
+    """Paths that continue, and the first hits of their rays."""
 
     paths: IntArray
     weights: Float64Array
@@ -331,7 +337,8 @@ class PathTracer:
     Parameters
     ----------
     reflectors : sequence of Reflector
-        Reflectors with the same lights. They are the first parts of the occluders, in order. The other parts are black.
+        Reflectors with the same lights. The first parts of the occluders are the reflectors, in the same order. The
+        other parts are black.
     occluders : Occluders
         All parts that block light.
     max_bounces : int or None
@@ -349,8 +356,7 @@ class PathTracer:
     seed: int
 
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
-        """Trace the paths of one reflector's vertices, and return the vertices' colours as the scene's viewer sees
-        them.
+        """Trace the paths of one reflector's vertices. Return the vertices' colours as the scene's viewer sees them.
 
         `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the colours, not
         clamped, shape (n, 3); their standard errors, shape (n, 3); and the number of rays.
@@ -378,9 +384,9 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Return the interaction at some vertices of the reflector with the index `part`.
+        """Return the light at some vertices of one reflector, as the scene's viewer sees them.
 
-        As in the evaluators, the scene's viewer sees the vertices.
+        `part` is the reflector's index, and `receiver` has its vertices. `vertices` are indices of some of these.
         """
         reflector, resolution = self.reflectors[part], self.occluders.resolution(part)
         equation, values = reflector.equation, reflector.at_points(vertices)
@@ -394,7 +400,7 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return, shape (3, n), the light that each path carries to its first point.
+        """Return the light that each path carries to its first point, shape (3, n).
 
         The emission of the first points, and light from point-like lights there, are not included, because they are not
         random. The numbers of rays that are cast are appended to `rays`.
@@ -417,7 +423,7 @@ class PathTracer:
         return light
 
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
-        """Return, shape (3, n), the reflection of all lights without a size.
+        """Return the reflection of all lights without a size, at each point, shape (3, n).
 
         One ray goes from each point to each of these lights. The number of rays is appended to `rays`, light by light.
         """
@@ -434,10 +440,10 @@ class PathTracer:
     def _unblocked(
         self, at: Interaction, sent: Float64Array, to_light: Float64Array, lengths: Float64Array, rays: list[int]
     ) -> Float64Array:
-        """Return `sent`, the reflected light of a light at each point, with 0 where the ray to the light is blocked.
+        """Return `sent`, the light that each point reflects from one light, with 0 where a ray to the light is blocked.
 
-        `sent` has the shape (3, n). The rays go along `to_light`, shape (3, n), and end at `lengths`, shape (n,), less
-        the margin. Their number is appended to `rays`.
+        `sent` has the shape (3, n). The rays have the directions `to_light`, shape (3, n), and the lengths `lengths`,
+        shape (n,), minus the margin. Their number is appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
@@ -449,10 +455,10 @@ class PathTracer:
     def _scattered(
         self, bundle: _Bundle, numbers: _Numbers, bounces: int, rays: list[int]
     ) -> tuple[Float64Array, _Rays]:
-        """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths.
+        """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths of a bundle.
 
         The light is estimated in two ways: by samples on each light, and by the sampled direction in which a path
-        continues. The numbers of rays that are cast are appended to `rays`.
+        continues. `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)
@@ -475,10 +481,10 @@ class PathTracer:
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 
     def _met(self, rays: _Rays, numbers: _Numbers, bounces: int) -> Iterator[_Bundle]:
-        """Yield the paths that continue after they hit something, as a bundle for each reflector.
+        """Yield the paths that continue after a hit, as one bundle for each reflector.
 
         `rays` are the paths' rays with their first hits, and `bounces` is the number of bounces so far. A path ends if
-        it misses, if it hits a back face or an occluder that is no reflector, or by Russian roulette.
+        its ray misses, or hits a back face or an occluder that is no reflector. Russian roulette ends other paths.
         """
         weights, goes_on = rays.weights, rays.triangles >= 0
         if bounces >= _BOUNCES_FOR_SURE:

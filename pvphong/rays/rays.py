@@ -1,8 +1,8 @@
 """Rays from vertices to lights: their origins, their targets, and tests that rule them out.
 
 Rays from points inside coarse faces produce a staircase at the shadow terminator (Hanika, "Hacking the shadow
-terminator", 2021). A vertex and its normal are those of the smooth surface that a mesh approximates. So a ray that
-starts at a vertex and rises above the tangent plane hits no face of a convex surface, however coarse.
+terminator", 2021). But a vertex and its normal belong to the smooth surface that the mesh approximates. So a ray that
+starts at a vertex of a convex surface and rises above the tangent plane hits no face, however coarse the faces are.
 
 Rays start above the tangent plane, by the resolution of the triangles. A vertex at the foot of a wall lies in the
 wall's plane, and its rays must start on the side of its own faces. So the origin is also moved by a thousandth of the
@@ -44,8 +44,9 @@ def place_of(light: Light) -> Vector | None:
 
 
 def place_or_direction(light: Light) -> Float64Array:
-    """Return the end point of rays to a light without a size. If the light has no position, return the unit vector to
-    it.
+    """Return the end point of rays to a light without a size.
+
+    If the light has no position, return the unit vector to the light.
     """
     place = place_of(light)
     if place is None:
@@ -54,10 +55,9 @@ def place_or_direction(light: Light) -> Float64Array:
 
 
 def rays_to(light: Light, origins: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return the unit vectors from origins to a light without a size, and the distances.
+    """Return the unit vectors from origins to a light without a size, shape (n, 3), and the distances, shape (n,).
 
-    The origins and the vectors have the shape (n, 3), and the distances (n,). The distances are infinite if the light
-    has no position.
+    `origins` has the shape (n, 3). The distances are infinite if the light has no position.
     """
     place = place_of(light)
     if place is not None:
@@ -149,7 +149,7 @@ BEGUN_ABOVE = 2.0**-15
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
     """Return True for each part whose box may be between vertices and a light.
 
-    Return True for all parts if too little is known. The space between the vertices' box and the light's box is their
+    If too little is known, return True for all parts. The space between the vertices' box and the light's box is their
     convex hull: the boxes (1 − t) a + t b with t from 0 to 1. For a light without a position, t has no upper bound.
 
     Parameters
@@ -197,10 +197,10 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 
 
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
-    """Return, shape (m,), True for each part that may be within `distance` of a vertex.
+    """Return True for each part that may be within `distance` of a vertex, shape (m,).
 
-    `vertices` holds the least and the greatest coordinates of the vertices, or is None. `parts` holds those of the m
-    parts, shape (m, 3).
+    `vertices` has the least and the greatest coordinates of the vertices, or is None if there is none. `parts` has the
+    least and the greatest coordinates of m parts, shape (m, 3) each.
     """
     if vertices is None:
         return np.ones(len(parts[0]), bool)
@@ -232,13 +232,14 @@ class SendingTriangles(NamedTuple):
     """All triangles of several parts, for compiled code. Some of them emit light from their fronts."""
 
     starts: IntArray
-    """Start of each caster's triangles in `numbers`."""
+    """Index in `numbers` at which each caster's triangles start."""
     numbers: IntArray
     """Indices of the casters' triangles among all triangles, caster after caster."""
     corners: IntArray
-    """Vertex numbers of each triangle's corners, shape (m, 3); −1 if it does not emit."""
+    """Vertex indices of each triangle's corners, shape (m, 3); −1 if the triangle does not emit."""
     sides: NDArray[np.int8]
-    """Shape (m,): 1 if a triangle's corners are counter-clockwise from its front, −1 if clockwise, 0 if neither."""
+    """Shape (m,): 1 if a triangle's corners are counter-clockwise seen from its front, −1 if clockwise, 0 without a
+    front."""
 
 
 # Largest number of faces for the convexity test; for more, it would take longer than the rays.
@@ -262,7 +263,7 @@ class Receiver:
     part : int or None
         Index of the mesh's faces among the occluders' parts; None if they block nothing.
     known : callable, optional
-        Returns the origins of rays. If it is not given, they are computed from the faces.
+        Function that returns the origins of rays. By default, the origins are computed from the faces.
     """
 
     faces: BlockingFaces
@@ -271,7 +272,7 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Return a receiver with only the vertices of the given indices, and the faces between these vertices.
+        """Return a receiver with only the vertices `rows` (indices), and the faces between these vertices.
 
         The rays have the same origins as in this receiver.
         """
@@ -284,7 +285,7 @@ class Receiver:
 
     @cached_property
     def turned(self) -> Receiver:
-        """The same vertices with opposite normals; rays start on the other side."""
+        """The same vertices with opposite normals. Rays start on the back side."""
         return Receiver(self.faces, lambda: -self.unit_normals, self.part, self._begun_behind)
 
     def _begun_behind(self) -> Begun:
@@ -294,7 +295,7 @@ class Receiver:
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling.
 
-        It has the results of the callables in place of the callables. The origins of rays are included only if they are
+        It has the results of the callables instead of the callables. The origins of rays are included only if they are
         known.
         """
         normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
@@ -309,7 +310,7 @@ class Receiver:
 
     @cached_property
     def unit_normals(self) -> Float64Array:
-        """Unit normals, shape (n, 3); zero where there is none."""
+        """Unit normals, shape (n, 3); zero for a vertex without a normal."""
         normals = self.normals()
         result = np.empty(normals.shape)
 
@@ -320,7 +321,7 @@ class Receiver:
         return result
 
     def above(self, rows: Any, height: Any) -> Float64Array:
-        """Return the origins of the rays of the vertices `rows`, raised by `height` along the vertices' normals."""
+        """Return the origins of the rays of the vertices `rows`, raised by `height` along the normals."""
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
@@ -330,7 +331,7 @@ class Receiver:
 
     @cached_property
     def is_convex(self) -> bool:
-        """True if no ray that leaves the mesh hits it again."""
+        """True if no ray that leaves the mesh can hit the mesh again."""
         return len(self.faces) <= _MOST_FACES and is_convex(self.points, self.unit_normals, self.faces.corners)
 
     @property
@@ -344,8 +345,9 @@ class Receiver:
 
     @cached_property
     def begun(self) -> Begun:
-        """Origins of rays, and the mean height of the adjacent faces. The other side's origins are computed from this
-        height.
+        """Origins of rays, and the mean height of the faces around each vertex.
+
+        The origins on the back side follow from this height.
         """
         if self.known is not None:
             return self.known()

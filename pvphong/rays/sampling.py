@@ -9,10 +9,10 @@ to the power ¾.
 Points in neighbouring squares see the same, except at the edge of a shadow. Their differences give the standard error,
 a conservative estimate (W. G. Cochran, "Sampling techniques", 1977, 5A.12, collapsed strata).
 
-Most vertices see all of a light or nothing. They stop after 16 rays that agree. But if another vertex of one of their
-faces differs, they may be in a penumbra, and 16 rays can miss a small part of it. Then they continue until the part
-that their rays can miss is small enough. The least number of rays is 64 for points without faces and for the sky,
-because most vertices see a part of the sky, and even a small part may be hidden.
+Most vertices see all of a light or nothing. For such a vertex, 16 rays that agree are enough. But if a neighbour on the
+same face sees another part, the vertex may be in a penumbra, and 16 rays can miss a small part of the light. Then more
+rays are cast, until the part that they can miss is small enough. The least number of rays is 64 for points without
+faces and for the sky, because most vertices see a part of the sky, and even a small part may be hidden.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _AT_ONCE = 16
 
 
 class Cast(NamedTuple):
-    """Result of rays from m vertices to k points of a light.
+    """Result of casting rays from m vertices to k points of a light.
 
     The points have the same k numbers of the Sobol sequence for all vertices.
     """
@@ -60,8 +60,8 @@ class Cast(NamedTuple):
 
 
 CastRays = Callable[[IntArray, int, int], Cast]
-"""Function of vertices, shape (m,), and numbers `begin` and `end`. It casts rays from each vertex to the points of the
-sequence from number `begin` up to, but not including, number `end`."""
+"""Function of vertices, shape (m,), and numbers `begin` and `end`. It casts rays from each vertex to the sample points
+from number `begin` (inclusive) to `end` (exclusive)."""
 
 
 class Seen(NamedTuple):
@@ -70,8 +70,7 @@ class Seen(NamedTuple):
     part: Float64Array
     """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Standard error of `part`, shape (n,). It is 0 where all rays agree and the surrounding vertices or corners see
-    the same."""
+    """Standard error of `part`, shape (n,). It is 0 where all rays agree and the neighbouring vertices see the same."""
     rays: int
     is_unknown: BoolArray | None = None
     """True where no ray had a contribution, so that `part` is 0, shape (n,). The array is None if this was not
@@ -146,7 +145,7 @@ def look(
         return (around.least[vertices] != part[vertices]) | (around.most[vertices] != part[vertices])
 
     def go_on(vertices: IntArray, sent: FloatArray, seen: FloatArray) -> None:
-        """Double the number of rays repeatedly, for the vertices whose error is still too large.
+        """Double the number of rays repeatedly for vertices whose error is too large.
 
         `sent` and `seen` are the weights of the first rays. The doubling ends at `_MOST_ADAPTIVE` rays per vertex, even
         if the error is still too large.

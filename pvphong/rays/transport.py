@@ -1,11 +1,12 @@
 """Diffuse light transport between vertices, by rays over each vertex's hemisphere.
 
-A diffuse surface reflects its albedo times the cosine-weighted mean of the colours that it sees. If rays are sampled by
-the cosine, this is a plain mean over the colours at the rays' first hits. Colours are known at vertices, so a ray takes
-the colour of one corner of the triangle that it hits. The corner is chosen with the barycentric weight of the hit as
-probability. So each vertex is a row of a sparse matrix T, whose entries are the fractions of the vertex's rays. T times
-colours is the light after one bounce, and relighting needs no rays (C. Goral et al., "Modeling the interaction of light
-between diffuse surfaces", 1984; rays in place of form factors: P. Shirley, "Radiosity via ray tracing", 1991).
+A diffuse surface reflects its albedo times the cosine-weighted mean of the colours that it sees. If the density of the
+rays is proportional to the cosine, this is a plain mean of the colours at the rays' first hits. Colours are known at
+vertices, so a ray takes the colour of one corner of the triangle that it hits. The corner is chosen with the
+barycentric weight of the hit as probability. So each vertex is a row of a sparse matrix T, whose entries are the
+fractions of the vertex's rays. T times colours is the light after one bounce, and relighting needs no rays (C. Goral et
+al., "Modeling the interaction of light between diffuse surfaces", 1984; rays in place of form factors: P. Shirley,
+"Radiosity via ray tracing", 1991).
 
 In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
 supplies bounds to plans, for the vertices of one mesh.
@@ -54,8 +55,8 @@ class HemisphereTracer:
     Parameters
     ----------
     receivers : sequence of Receiver
-        Meshes whose vertices exchange light. Each is one of the occluders' parts, or does not block light. One without
-        faces only gathers light; its part is the one on which its points lie.
+        Meshes whose vertices exchange light. Each mesh is one of the occluders' parts, or does not block light. A mesh
+        without faces only gathers light; its `part` is the part on which its points lie.
     occluders : Occluders
         Geometry that rays hit. Parts that belong to no receiver block light, and are black.
     samples : int
@@ -68,14 +69,15 @@ class HemisphereTracer:
 
     @cached_property
     def starts(self) -> IntArray:
-        """For each receiver, the index of its first vertex among all receivers' vertices. The last entry is the number
-        of all vertices.
+        """Index of each receiver's first vertex among the vertices of all receivers.
+
+        The last entry is the total number.
         """
         return np.cumsum([0, *(len(each.points) for each in self.receivers)])
 
     @cached_property
     def triangles(self) -> SendingTriangles:
-        """All triangles of the occluders; those of the receivers send light from their fronts.
+        """All triangles of the occluders. Triangles of receivers emit light from their fronts.
 
         The front of a triangle is the side to which its vertices' normals point.
         """
@@ -94,7 +96,7 @@ class HemisphereTracer:
         return SendingTriangles(starts, numbers, vertices, sides)
 
     def may_see(self, receiver: Receiver) -> BoolArray:
-        """Return, shape (n,), True for vertices of a receiver that may see geometry above their tangent planes."""
+        """Return True for vertices of a receiver that may see geometry above their tangent planes, shape (n,)."""
         result = np.zeros(len(receiver.points), bool)
         slack = self.occluders.resolution(receiver.part)
         for index, part in enumerate(self.occluders.parts):
@@ -113,8 +115,8 @@ class HemisphereTracer:
         Parameters
         ----------
         found : callable
-            Receives the hits of each block of vertices; called from several threads. Vertices are numbered over all
-            receivers; if `rows` is given, they are numbered by their index in `rows`.
+            Function that receives the hits of each block of vertices. It is called from several threads. Vertices are
+            counted through all receivers or, with `rows`, by their index in `rows`.
         rows : ndarray, optional
             Vertices, shape (k,), in ascending order.
         """
@@ -181,7 +183,7 @@ class Transport:
     Parameters
     ----------
     tracer : HemisphereTracer or None
-        Casts the rays; None for a transport from a file.
+        Object that casts the rays; None for a transport from a file.
     memory : float
         Memory limit in bytes; if the hits need more, rays are cast for each bounce.
     checksum : str
@@ -214,13 +216,17 @@ class Transport:
 
     @classmethod
     def of(cls, tracer: HemisphereTracer, memory: float) -> Self:
-        """Return the transport whose rays a tracer casts; `memory` is the memory limit in bytes."""
+        """Return the transport for the rays of a tracer; `memory` is the memory limit in bytes."""
         counts = tuple(np.diff(tracer.starts).tolist())
         return cls(tracer, memory, checksum_of(tracer), counts, tracer.samples)
 
     @classmethod
     def of_hits(cls, hits: NDArray[np.int32], counts: tuple[int, ...] = (), checksum: str = "") -> Self:
-        """Make a transport from stored hits, of one mesh or of several with the given numbers of vertices."""
+        """Return a transport with the given hits, shape (n, samples).
+
+        `counts` are the numbers of vertices of the meshes; by default, there is one mesh. `checksum` is that of the
+        meshes.
+        """
         result = cls(None, math.inf, checksum, counts or (len(hits),), hits.shape[1])
         result._kept = np.ascontiguousarray(hits)
         return result
@@ -234,12 +240,12 @@ class Transport:
 
     @property
     def parts(self) -> list[TransportPart]:
-        """For each mesh, the transport of its vertices."""
+        """The transport of each mesh's vertices."""
         return [TransportPart(self, index) for index in range(len(self._counts))]
 
     @property
     def slices(self) -> list[slice]:
-        """For each mesh, the slice of its vertices among the vertices of all meshes."""
+        """The slice of each mesh's vertices among the vertices of all meshes."""
         ends = np.cumsum(self._counts).tolist()
         return [slice(end - count, end) for end, count in zip(ends, self._counts, strict=True)]
 
@@ -250,14 +256,14 @@ class Transport:
 
     @property
     def takes_long(self) -> bool:
-        """True if the next use casts so many rays that a user interface would have to wait."""
+        """True if the next use casts so many rays that a user interface would block."""
         rays = len(self) * self.samples
         if self._tracer is None or self._kept is not None or rays <= _FEW_RAYS_OF_VTK:
             return False
         return rays > _FEW_RAYS or self._tracer.occluders.are_slow
 
     def expected_cost(self) -> TransportCost:
-        """Estimate the cost of the rays that are not cast yet, by casting rays from some of the vertices.
+        """Estimate the cost of the rays that are not cast yet. For this, rays are cast from some of the vertices.
 
         This builds the casters. VTK casts rays in one thread at a time.
         """
@@ -320,8 +326,8 @@ class Transport:
     def matrix(self) -> Any:
         """Transport matrix, `scipy.sparse.csr_array` (n, n), float32.
 
-        A row belongs to one vertex. Its entries are the fractions of the vertex's rays that hit each vertex. The sum of
-        the row is the part of the hemisphere that fronts of surfaces fill, weighted by the cosine.
+        Entry (i, j) is the fraction of the rays of vertex i that hit vertex j. The sum of row i is the part of the
+        hemisphere of vertex i that fronts of surfaces fill, weighted by the cosine.
 
         Raises
         ------
@@ -343,7 +349,7 @@ class Transport:
 
     @property
     def hits(self) -> NDArray[np.int32]:
-        """Number of the vertex that each ray hits, shape (n, samples); −1 for a miss or a back."""
+        """Index of the vertex that each ray hits, shape (n, samples); −1 for a ray that hits nothing or a back."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
             remedy = "Raise the limit with transport(memory=...); gather works without stored hits."
@@ -359,7 +365,7 @@ class Transport:
         return self._kept
 
     def _cast(self, found: Met) -> None:
-        """Cast all rays, pass their hits to `found`, and count rays and seconds."""
+        """Cast all rays, and count rays and seconds. The function `found` receives the hits."""
         assert self._tracer is not None
         start = time.perf_counter()
         if len(self) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
@@ -369,16 +375,18 @@ class Transport:
 
     @cached_property
     def _sums(self) -> Float64Array:
-        """Fraction of each vertex's rays that hit the front of a surface, shape (n,): the sums of the matrix's rows."""
+        """Fraction of each vertex's rays that hit the front of a surface, shape (n,): the row sums of the matrix."""
         return (self.hits >= 0).mean(axis=1)
 
     # -- files
 
     def refuse_other(self, checksum: str) -> None:
-        """Raise ValueError if `checksum`, of the meshes to light, differs from that of the meshes of this transport."""
+        """Raise ValueError if this transport was made for other meshes than those with this checksum."""
         if checksum != self._checksum:
             remedy = "Recompute it with mesh.phong.transport(), with the same matrix, occluders and feature angle."
-            check.refuse("transport", "one for other or moved meshes", "computed for the meshes that are lit", remedy)
+            check.refuse(
+                "transport", "a Transport for other or moved meshes", "computed for the meshes that are lit", remedy
+            )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Save the transport to a file in NumPy's format .npz; missing rays are cast first.
@@ -440,14 +448,17 @@ class Transport:
 
 @dataclass(frozen=True, eq=False)
 class TransportPart:
-    """Transport of the vertices of one mesh: bounds for plans, and gathering of light if there is only one mesh."""
+    """Transport of the vertices of one mesh.
+
+    It supplies bounds to plans, and gathers light if there is only one mesh.
+    """
 
     whole: Transport
     index: int
 
     @property
     def is_shared(self) -> bool:
-        """True if there are other meshes, whose vertices emit light too."""
+        """True if vertices of other meshes emit light too."""
         return len(self.whole.slices) > 1
 
     @property
@@ -457,9 +468,9 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """Return the largest part of the hemisphere of any vertex of this mesh that fronts of surfaces fill.
+        """Return the largest fraction of the hemisphere that fronts of surfaces fill, over this mesh's vertices.
 
-        The part is weighted by the cosine. Before rays are cast, a bound on it is returned.
+        The fraction is weighted by the cosine. Before rays are cast, a bound on it is returned.
         """
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
@@ -505,7 +516,10 @@ class TransportPart:
 
 
 def checksum_of(tracer: HemisphereTracer) -> str:
-    """Return a checksum of the points, normals, triangles and roles of all meshes that exchange or block light."""
+    """Return a checksum of the points, normals and triangles of all meshes that exchange or block light.
+
+    It also depends on which meshes exchange light.
+    """
     found = hashlib.sha256()  # processors have instructions for it
     for each in tracer.receivers:
         found.update(repr((len(each.points), each.part)).encode())
@@ -532,9 +546,9 @@ def refuse_too_large(samples: int, count: int, memory: float) -> None:
 
 
 def _mean_by_arrays(met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """Return, shape (m, 3), the mean of the colours that the rays of each vertex hit, computed with NumPy.
+    """Return the mean of the colours that the rays of each vertex hit, shape (m, 3), computed with NumPy.
 
-    `met`, shape (m, samples), holds the vertices that the rays hit, −1 for none. `colors`, shape (n + 1, 3), holds the
+    `met`, shape (m, samples), are the vertices that the rays hit, −1 for no hit. `colors`, shape (n + 1, 3), are the
     colours of the vertices, then black.
     """
     numbers = met.astype(np.intp)

@@ -69,12 +69,12 @@ class Tracer:
     tolerance : float
         Largest standard error of the colours of a white surface.
     samples : int or None
-        Fixed number of rays per vertex, in place of the tolerance. `HARD` casts one to the centre of each light, and
-        the least number to the sky.
+        Fixed number of rays per vertex, in place of the tolerance. With `HARD`, one ray goes to the centre of each
+        light, and the least number to the sky.
     ambient : float
         Brightness of the sky. The errors of the sky are multiplied by it before they are compared with the tolerance.
     first : int
-        Number of the mesh's first vertex, if the mesh is a piece of a larger mesh. It determines the random numbers.
+        Index of the mesh's first vertex, if the mesh is a piece of a larger mesh. The random numbers depend on it.
     around : Around, optional
         Known bounds on the visibility around the vertices.
     """
@@ -90,18 +90,18 @@ class Tracer:
 
     @property
     def turned(self) -> Tracer:
-        """Tracer of the vertices' other sides."""
+        """Tracer of the rays from the vertices' back sides."""
         return replace(self, receiver=self.receiver.turned)
 
     def light(self, light: Light, *, behind: bool = False) -> list[Seen]:
-        """Return the visibility of a light from the vertices and, with `behind`, from their other sides.
+        """Return the visibility of a light from the vertices; with `behind`, a second entry is for their back sides.
 
         Parameters
         ----------
         light : Light
             Light in the world.
         behind : bool, default False
-            True to include the other sides.
+            True to include the back sides.
         """
         if not light.has_size:
             return self._all_or_nothing_of(light, behind=behind)
@@ -111,15 +111,15 @@ class Tracer:
         return [tracer._part_of(light) for tracer in (self, *[self.turned] * behind)]
 
     def _origins(self, rows: Any) -> Float64Array:
-        """Return the origins of the rays of some vertices, raised above the tangent planes by the resolution."""
+        """Return the origins of the rays of the vertices `rows`, raised above the tangent planes by the resolution."""
         return self.receiver.above(rows, self.occluders.resolution(self.receiver.part))
 
     def _all_or_nothing_of(self, light: Light, *, behind: bool = False) -> list[Seen]:
         """Return the visibility of a light without a size, by one ray from the side of each vertex that faces the
         light.
 
-        The result has an entry for the vertices and, with `behind`, an entry for their other sides. A side that faces
-        away sees nothing of the light.
+        The result has an entry for the front sides and, with `behind`, one for the back sides. A side that faces away
+        sees nothing of the light.
         """
         receiver, compiled = self.receiver, self.occluders.compiled
         count, above = len(receiver.points), self.occluders.resolution(receiver.part)
@@ -150,10 +150,7 @@ class Tracer:
         return [Seen(part, np.zeros(count), cast * (index == 0)) for index, part in enumerate(parts)]
 
     def _facing(self, light: Light, some: slice) -> IntArray:
-        """Return the indices of vertices that face a light, among the vertices in the slice `some`.
-
-        The indices are counted from the start of the slice.
-        """
+        """Return the vertices of the slice `some` that face a light, as indices from the start of the slice."""
         normals, points = self.receiver.unit_normals[some], self.receiver.points[some]
         with np.errstate(all="ignore"):
             return np.flatnonzero(dot(normals.T, light.arrival(np.ascontiguousarray(points.T)).direction) > 0.0)
@@ -257,15 +254,16 @@ class Visibility:
     """Visibility of each light and of the sky at every vertex of a mesh, as arrays that can be reused.
 
     Each array is computed when it is first read, and stored; an interrupted computation stores nothing. Lights may then
-    change in brightness and colour, or be switched on and off, without new rays. A light that has moved is refused.
+    change in brightness and colour, or be switched on and off, without new rays. If a light has moved, lighting with
+    this visibility raises an error.
 
     Vertices see the side to which their normals point. With a two-sided light model, `behind` is the visibility from
-    the other side. For any viewer, the visible side of a vertex is one of the two.
+    the back side. A viewer sees one of these two sides of a vertex.
 
     Parameters
     ----------
     tracer : Tracer
-        Casts the rays.
+        Object that casts the rays.
     lights : sequence of Light
         Lights of the scene, in the world, including those that are off.
     labels : sequence of str
@@ -413,15 +411,18 @@ class Visibility:
 
     @cached_property
     def geometry(self) -> tuple[str, ...]:
-        """A key for each light of everything on which rays to it depend."""
+        """For each light, a key of everything on which rays to the light depend."""
         return tuple(_geometry_of(light) for light in self._lights)
 
     def _is_sampled(self, row: int) -> bool:
-        """Return True if the number of rays matters: to a light with a size, or to the sky."""
+        """Return True if several rays per vertex are needed: for a light with a size, or the sky.
+
+        `row` is the light's index.
+        """
         return row == len(self._lights) or self._lights[row].has_size
 
     def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
-        """Return True if all requested rows are known, with as many rays as the tolerance needs."""
+        """Return True if the rows of `lights` and, with `sky`, the sky's row are final, on both sides with `behind`."""
         rows, sides = (*lights, *[len(self._lights)] * sky), self._sides if behind else (self,)
         return all(row in s._done and (s._done[row] is None or not s._is_sampled(row)) for s in sides for row in rows)
 
@@ -441,9 +442,9 @@ class Visibility:
         return Visibility(tracer, self._lights, self.lights, two_sided=two_sided)
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the visible part of the light number `row`, and its standard error, shape (n,) each.
+        """Return the visible part of one light, and its standard error, shape (n,) each.
 
-        The row after the last light is the sky.
+        `row` is the light's index; the row after the last light is the sky.
         """
         is_sky = row == len(self.lights)
         return self.channels(() if is_sky else (row,), sky=is_sky)[row], self._errors[row]
@@ -548,8 +549,9 @@ class Visibility:
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
         """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
 
-        The rows of the given `lights` are computed if they are missing. So is the row `sky`, if the argument `sky` is
-        True. Other rows may be missing. With `behind`, the same number of rows follows for the other sides.
+        Rows of the indices in `lights` are computed if they are missing and, with `sky`, the row of the sky. Other rows
+        may be missing. With `behind`, the same number of rows follows for the vertices' back sides, with the same
+        rules.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -631,9 +633,7 @@ class Visibility:
 
 
 class _State(NamedTuple):
-    """State of a visibility for pickling. `done` lists, for each side of the vertices, the rows that have been
-    computed.
-    """
+    """State of a visibility for pickling. `done` lists, for each side of the vertices, the rows that are computed."""
 
     tracer: Tracer
     lights: tuple[Light, ...]
@@ -693,6 +693,6 @@ def _is_sound(faces: BlockingFaces) -> bool:
 
 
 def _geometry_of(light: Light) -> str:
-    """Return a key that is equal for lights with the same rays. It contains the position, direction, size and nodes."""
+    """Return a light's key for the rays to it: position, direction, size and nodes."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return repr((nodes, light.is_uniform))

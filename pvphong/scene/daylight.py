@@ -30,10 +30,10 @@ def daylight_scene(
 ) -> Scene:
     """Make the scene of one moment outdoors: the sun and the sky, in W/m².
 
-    The lights are named "sun", 0.533° wide, and "sky". At night the sun is missing. Surfaces cast shadows. Colours of
-    `shade` are irradiances times the material's reflectance, in W/m², hundreds in daylight. Tolerances are in this unit
-    too: without a `tolerance`, `shade` computes shadows of such a scene far too exactly, which takes long. For
-    pictures, windows and the studio use a `scale` of about 1/400.
+    The lights are named "sun", 0.533° wide, and "sky". At night the sun is missing. Surfaces cast shadows. The
+    colours that `shade` returns are irradiances times the material's reflectance, in W/m²: hundreds in daylight.
+    Tolerances are in this unit too. So pass a `tolerance` to `shade`: the default is far too strict for such a scene,
+    and takes long. For pictures, windows and the studio use a `scale` of about 1/400.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def daylight_scene(
     place : Place
         Place on the Earth, and the directions of its zenith and north in the mesh's coordinates.
     direct_normal : float, optional
-        Irradiance by the sun on a surface that faces it, in W/m². Without both irradiances, those of a clear sky are
-        used (P. Ineichen, R. Perez 2002).
+        Irradiance by the sun on a surface that faces it, in W/m². If both irradiances are omitted, those of a clear sky
+        are used (P. Ineichen, R. Perez 2002).
     diffuse_horizontal : float, optional
         Irradiance by the sky on an open horizontal surface, in W/m².
     model : {"perez", "overcast", "clear"}, default "perez"

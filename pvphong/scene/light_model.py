@@ -48,8 +48,8 @@ class LightModel:
         If True, a vertex whose normal points away from the viewer is lit with the opposite normal, and with the shadows
         and the occlusion on the side of the opposite normal.
     reflection : {"phong", "blinn-phong"}
-        Highlight, with the shininess s: from the mirror direction r, (r·v)ˢ (Phong 1975), or from the half-way
-        direction h, (n·h)ˢ (Blinn 1977), as in OpenGL.
+        Formula of the highlight, with the shininess s. "phong": (r·v)ˢ, with the mirror direction r (Phong 1975).
+        "blinn-phong": (n·h)ˢ, with the half-way direction h, as in OpenGL (Blinn 1977).
     clamp : bool, default True
         If True, clamp the summed colour to [0, 1].
     convention : {"standard", "vtk"}
@@ -59,10 +59,11 @@ class LightModel:
         no effect. A material with the reflectance `PBR` is shaded as with VTK's `pbr=True`, including a final gamma of
         2.2.
     shadows : bool, default False
-        If True, multiply the diffuse and specular light of each light by its visibility from the vertex, past the mesh
-        itself and other meshes. Visibility is 0 or 1 for a light without a size. For a light with a size, it is the
-        fraction of its light that reaches a matt surface. Highlights use the same fraction; they are wrong where
-        geometry hides the part of the light that they mirror. `tradeoff` measures this error; `truth` does not have it.
+        If True, multiply the diffuse and specular light of each light by its visibility from the vertex. The mesh
+        itself and other meshes may hide the light. Visibility is 0 or 1 for a light without a size. For a light with a
+        size, it is the fraction of its light that reaches a matt surface. Highlights use the same fraction; they are
+        wrong where geometry hides the part of the light that they mirror. `tradeoff` measures this error; `truth` does
+        not have it.
     ambient_occlusion : bool or float, default False
         If not False, multiply ambient light (`ambient`, and the ambient colours of lights) by the visible fraction of
         the sky: of the hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the
@@ -97,7 +98,7 @@ class LightModel:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest field."""
+        """Raise TypeError for an unknown field; the message suggests the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -115,12 +116,15 @@ class LightModel:
 
     @property
     def needs_rays(self) -> bool:
-        """True if shadows or ambient occlusion are on, so that rays to lights or the sky must be cast."""
+        """True if shadows or ambient occlusion are on, for which rays must be cast to lights or the sky."""
         return self.shadows or self.ambient_occlusion is not False
 
     @property
     def occlusion_distance(self) -> float:
-        """Distance up to which geometry occludes the sky: `ambient_occlusion` if it is a number, infinity if a bool."""
+        """Distance up to which geometry occludes the sky.
+
+        It is `ambient_occlusion` if this is a number, and infinite if it is True or False.
+        """
         return math.inf if isinstance(self.ambient_occlusion, bool) else self.ambient_occlusion
 
     @property

@@ -32,7 +32,7 @@ _PLACES = {
 
 
 def known_options(function: Function) -> Function:
-    """Decorate a function, so that an unknown option raises a ``TypeError`` that says where the option belongs."""
+    """Decorate a function, so that an unknown option raises a ``TypeError`` that suggests the right place or name."""
     refuse = refusal_of(function)
 
     @functools.wraps(function)
@@ -46,7 +46,7 @@ def known_options(function: Function) -> Function:
 def refusal_of(function: Callable[..., Any]) -> Callable[[Iterable[str]], None]:
     """Return a function that raises ``TypeError`` for names of options that `function` does not accept.
 
-    The message says where the first such option belongs, or suggests the nearest option.
+    The message names the first such option, and says where it belongs or suggests the nearest option.
     """
     parameters = inspect.signature(function).parameters
     known = frozenset(parameters)

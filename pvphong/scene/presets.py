@@ -40,7 +40,7 @@ class Surroundings:
             check.refuse("bounds", bounds.tolist(), "the bounds of a mesh with at least two different points")
 
     def towards(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre of the mesh, given its angles to the direction to the viewer.
+        """Return a unit vector from the centre of the mesh, by its angles to the direction to the viewer.
 
         `azimuth` is the angle to the right as seen by the viewer, `elevation` the angle above the view axis, both in
         degrees.
@@ -50,7 +50,7 @@ class Surroundings:
         return np.array(self.viewer.vector_to_world(in_eye_space))
 
     def above_horizon(self, azimuth: float, elevation: float) -> Float64Array:
-        """Return a unit vector from the centre of the mesh, given its angles to the viewer and to the horizon.
+        """Return a unit vector from the centre of the mesh, by its angles to the viewer and to the horizon.
 
         `azimuth` is the angle to the right as seen by the viewer, `elevation` the angle above the horizon, both in
         degrees. The horizon is perpendicular to the viewer's `up`. If the viewer looks nearly along `up`, the result is
@@ -66,7 +66,10 @@ class Surroundings:
         return np.asarray(math.cos(above) * sideways + math.sin(above) * up)
 
     def level(self, up: Float64Array) -> Float64Array:
-        """Return the unit vector that points horizontally towards the viewer: perpendicular to the unit vector `up`."""
+        """Return the horizontal unit vector towards the viewer.
+
+        Horizontal means perpendicular to the unit vector `up`.
+        """
         _, own_up, back = self.viewer.axes
         along = back - (back @ up) * up
         if np.linalg.norm(along) < _NEARLY_ALONG_UP:  # the viewer looks along `up`

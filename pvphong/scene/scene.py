@@ -104,7 +104,7 @@ class Scene:
         return tuple(light.in_world(self.viewer) for light in self.lights)
 
     def framed(self, bounds: VectorLike) -> Self:
-        """Return this scene with a viewer: its own, or else a viewer that frames a box.
+        """Return this scene with a viewer. If the scene has none, the viewer frames the box `bounds`.
 
         Parameters
         ----------
@@ -249,7 +249,10 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a copy of a material in which each path of an image file is replaced by `change(path)`."""
+    """Return a copy of a material in which the paths of image files are changed.
+
+    `change` is a function that takes a path and returns its replacement.
+    """
     maps = {name: value for name, value in material.maps.items() if is_image_path(value)}
     return material.with_values({name: change(str(value)) for name, value in maps.items()})
 
@@ -264,7 +267,7 @@ def is_scene_file(path: str | os.PathLike[str]) -> bool:
 
 
 def _document(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read a scene file, check its format, version and keys, and return its content."""
+    """Read a scene file, check its format, version and keys, and return its content as a dictionary."""
     document = documents.read(path, "a scene file")
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         allowed = f'a scene file, a JSON object with "format": "{_FORMAT}"'

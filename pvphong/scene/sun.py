@@ -64,7 +64,7 @@ class Place:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest field."""
+        """Raise TypeError for an unknown field; the message suggests the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -84,7 +84,7 @@ class Place:
 
 
 def checked_place(given: Any) -> Place:
-    """Return `given` if it is a Place; else refuse it."""
+    """Return `given` unchanged; raise ValueError if it is not a Place."""
     if not isinstance(given, Place):
         remedy = "For example, place=ph.Place(latitude=48.14, longitude=11.58)."
         check.refuse("place", given, "a Place", remedy)
@@ -97,7 +97,7 @@ def pvlib(argument: str = "place") -> Any:
     Raises
     ------
     ValueError
-        If pvlib is missing; `argument` is what needs it.
+        If pvlib is missing. `argument` is the argument that needs pvlib; the message names it.
     """
     if importlib.util.find_spec("pvlib") is None:
         check.refuse(argument, "no pvlib", "used with the package pvlib", "Run: pip install pvlib.")
@@ -149,14 +149,17 @@ def moments(times: Any) -> Any:
 
 
 def _index_of(times: Any, pandas: Any) -> Any:
-    """Return a pandas object as an index; refuse numbers, which pandas takes as nanoseconds."""
+    """Convert `times`, a pandas object, to a pandas.DatetimeIndex; `pandas` is the module.
+
+    Numbers are refused, because pandas would read them as nanoseconds.
+    """
     if times.dtype.kind not in "MO":
         check.refuse("times", f"values of the type {times.dtype}", "times, such as 2026-06-21T10:00+02:00")
     return pandas.DatetimeIndex([_stamp_of(time, pandas) for time in times] if times.dtype.kind == "O" else times)
 
 
 def _stamp_of(time: Any, pandas: Any) -> Any:
-    """Return one time as a pandas.Timestamp."""
+    """Convert one time to a pandas.Timestamp; `pandas` is the module."""
     if isinstance(time, (str, datetime, np.datetime64)):
         try:
             stamp = pandas.Timestamp(time)
@@ -228,7 +231,7 @@ def sun_position(times: Any, place: Place) -> SunPosition:
 
 
 class Irradiances(NamedTuple):
-    """Irradiances of n times, in W/m²."""
+    """Irradiances at n times, in W/m²."""
 
     direct_normal: Float64Array
     """Irradiance by the sun on a surface that faces it, shape (n,)."""
@@ -237,10 +240,10 @@ class Irradiances(NamedTuple):
 
 
 def clear_sky(index: Any, place: Place) -> Irradiances:
-    """Return the irradiances under a cloudless sky, for times from `moments`.
+    """Return the irradiances under a cloudless sky.
 
-    Source: P. Ineichen, R. Perez, "A new airmass independent formulation for the Linke turbidity coefficient", 2002,
-    with pvlib's monthly map of turbidity.
+    `index` has the times, as from `moments`. Source: P. Ineichen, R. Perez, "A new airmass independent formulation for
+    the Linke turbidity coefficient", 2002, with pvlib's monthly map of turbidity.
     """
     library = pvlib("weather=None")
     where = library.location.Location(place.latitude, place.longitude, altitude=place.altitude)
@@ -251,5 +254,8 @@ def clear_sky(index: Any, place: Place) -> Irradiances:
 
 
 def extraterrestrial(index: Any) -> Float64Array:
-    """Return the sun's irradiance above the atmosphere in W/m², which varies with its distance, shape (n,)."""
+    """Return the sun's irradiance above the atmosphere in W/m², shape (n,). It varies with the distance of the sun.
+
+    `index` has the n times, as from `moments`.
+    """
     return np.asarray(pvlib().irradiance.get_extra_radiation(np.asarray(index.day_of_year)), np.float64)

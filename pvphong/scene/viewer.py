@@ -39,7 +39,7 @@ class Viewer:
     up : sequence of float, default (0, 1, 0)
         The direction that is up in the image. If `up` is used, it must not be parallel to the view axis.
     parallel : bool, default False
-        Parallel projection: the direction to the viewer is the same everywhere.
+        True for parallel projection: the direction to the viewer is the same everywhere.
     view_angle : float, default 30
         Full vertical opening angle of the perspective, in degrees.
     parallel_scale : float, default 1
@@ -70,7 +70,7 @@ class Viewer:
     __signature__ = InitSignature()
 
     def __new__(cls, *_given: Any, **fields: Any) -> Self:
-        """Refuse unknown fields, and suggest the nearest field."""
+        """Raise TypeError for an unknown field; the message suggests the nearest field."""
         check.keywords(cls, fields)
         return super().__new__(cls)
 
@@ -81,7 +81,7 @@ class Viewer:
 
     @classmethod
     def from_camera(cls, camera: Any) -> Self:
-        """Convert a `pyvista.Camera` or `vtkCamera`.
+        """Make a viewer from a `pyvista.Camera` or `vtkCamera`.
 
         Raises
         ------
@@ -202,9 +202,9 @@ class Viewer:
 
 
 def finite_box(bounds: VectorLike) -> Box:
-    """Return the low and the high corner of a box, shape (3,) each, from its bounds x_min, x_max, ….
+    """Return the low and the high corner of a box, shape (3,) each.
 
-    An invalid box is replaced by the unit cube.
+    `bounds` is x_min, x_max, y_min, y_max, z_min, z_max. An invalid box is replaced by the unit cube.
 
     Raises
     ------

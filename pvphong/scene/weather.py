@@ -29,14 +29,14 @@ _MISSING = 9999.0
 
 
 def irradiances(weather: Any, index: Any, place: Place) -> Irradiances:
-    """Return the irradiances at times from `moments`.
+    """Return the irradiances at given times.
 
     Parameters
     ----------
     weather : path, pair of array_like, pandas.DataFrame or None
         As for `mesh.phong.daylight`.
     index : pandas.DatetimeIndex
-        The times.
+        The times, as from `moments`.
     place : Place
         The place. A file of another place causes a warning.
 
@@ -59,23 +59,27 @@ def irradiances(weather: Any, index: Any, place: Place) -> Irradiances:
     return check.refuse("weather", type(weather).__name__, _ALLOWED)
 
 
-def _checked(given: list[Any], index: Any) -> Irradiances:
-    """Return two arrays as irradiances, with one value for each time."""
+def _checked(columns: list[Any], index: Any) -> Irradiances:
+    """Check irradiances, and return them.
+
+    `columns` has the direct normal and the diffuse horizontal irradiances, one value for each time in `index`.
+    """
     found = []
-    for name, values in zip(Irradiances._fields, given, strict=True):
+    for name, values in zip(Irradiances._fields, columns, strict=True):
         _refuse_other_times(name, getattr(values, "index", None), index)
         values = np.array(check.real_array(f"weather: {name}", values, "an array of real numbers"), np.float64)
         if values.shape != (len(index),):
             got, remedy = f"an array of shape {values.shape}", "Pass one value in W/m² for each time."
-            check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), as the times", remedy)
+            check.refuse(f"weather: {name}", got, f"of shape ({len(index)},), like the times", remedy)
         found.append(_without_gaps(name, values, index))
     return Irradiances(*found)
 
 
 def _refuse_other_times(name: str, own: Any, index: Any) -> None:
-    """Raise ValueError if values have times of their own, as columns of a DataFrame do, which are not those of `index`.
+    """Raise ValueError if values have their own times, and these differ from the times in `index`.
 
-    Own times without a zone are local times.
+    `own` is the index of the values, as of a DataFrame's column, or None. Times without a zone are local times. `name`
+    is the name of the values in the message.
     """
     if not hasattr(own, "tz"):
         return
@@ -86,7 +90,10 @@ def _refuse_other_times(name: str, own: Any, index: Any) -> None:
 
 
 def _without_gaps(name: str, values: Float64Array, index: Any) -> Float64Array:
-    """Return irradiances; refuse those that are missing or negative."""
+    """Return irradiances unchanged; raise ValueError if a value is missing or negative.
+
+    `name` is the name of the values in the message, and `index` has their times.
+    """
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0.0)))
     if len(bad):
         remedy = "Fill gaps first, for example with DataFrame.interpolate()."
@@ -96,16 +103,18 @@ def _without_gaps(name: str, values: Float64Array, index: Any) -> Float64Array:
 
 
 def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
-    """Return the irradiances of an EPW file: each time gets those of the hour that contains it, in any year.
+    """Return the irradiances in an EPW file at the times of `index`.
 
-    A 29th of February that the file lacks is replaced by the 28th.
+    The file has one year with a row for each hour. A time gets the irradiances of the row with the same month, day and
+    hour, in the file's time zone; the time's own year is ignored. If the file has no 29th of February, the 28th is
+    used. If the file's place is far from `place`, a warning is given.
     """
     pandas, file = importlib.import_module("pandas"), _read(path)
     hours, offset = file.hours, file.offset
     distance = _distance(file.place, (place.latitude, place.longitude))
     if distance > _FAR:
         warnings.warn(
-            f"{path.name} is the weather of {file.city}, {distance:.0f} km from the place, {place.latitude:g}, "
+            f"{path.name} is the weather of {file.city}, {distance:.0f} km from the place at {place.latitude:g}, "
             f"{place.longitude:g}.",
             UserWarning,
             stacklevel=2,
@@ -159,7 +168,7 @@ def _read(path: Path) -> _Epw:
 
 
 def zone_of(path: Path) -> float:
-    """Return the hours by which the time of an EPW file is ahead of UTC."""
+    """Return the number of hours by which the local time in an EPW file is ahead of UTC."""
     return _read(path).offset
 
 

@@ -1,9 +1,11 @@
 """The lighting equation of one scene and one material, independent of the vertices.
 
-`assemble` builds it. Only this module distinguishes the two conventions: `standard` is the model of OpenGL and its
-textbooks, `vtk` follows VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight). `relative_to_mesh` moves the
-origin to the mesh if a matrix translates the mesh very far. `in_parts` splits area lights into the integrals and nodes
-that evaluators run.
+`assemble` builds the equation. Only this module distinguishes the two conventions: `standard` is the model of OpenGL
+and its textbooks, `vtk` follows VTK's shader (vtkOpenGLPolyDataMapper::ReplaceShaderLight). `relative_to_mesh` moves
+the origin to the mesh if a matrix translates the mesh very far. `in_parts` splits an area light into the forms that
+evaluators run: exact integrals, and nodes (small lights at points of the area light). A reflectance is a sum of lobes,
+such as a diffuse one and a highlight. A component is "ambient", "diffuse", "specular" or "emission". A tint is a map of
+colours: a colour per vertex that replaces a field of the material.
 """
 
 from __future__ import annotations
@@ -44,7 +46,7 @@ class LightTerm:
     Parameters
     ----------
     light : Light
-        Its position and falloff.
+        The light. Only its position and falloff are read.
     index : int
         Its index among the scene's lights.
     label : str
@@ -58,14 +60,15 @@ class LightTerm:
         For each lobe of the equation's reflectance: the light's colour times its intensity times the material's colour
         for the lobe, divided by `gain`; at most 1.
     gain : float
-        Factor by which the colours are to be multiplied. It may exceed float32's range, for example if a light is
-        bright because it is far away.
+        Factor that multiplies the colours. It may exceed float32's range, for example if a light is very bright because
+        it is far away.
     is_shadowed : bool
         True if the visible part of the light multiplies the lobes' contributions.
     bands : int, optional
         Number of the light's bands of spherical harmonics that are kept; all by default.
     nodes : tuple of Light, optional
-        Lights that replace the light's own nodes, for lobes without a closed form; the light's own nodes by default.
+        For an area light, small lights whose sum replaces it, for lobes whose integral has no closed form. By default,
+        the light's own nodes.
     """
 
     light: Light
@@ -81,17 +84,17 @@ class LightTerm:
 
     @cached_property
     def shines(self) -> tuple[bool, ...]:
-        """For each lobe, True if the light contributes to it."""
+        """A flag for each lobe of the reflectance: True if the light contributes to the lobe."""
         return tuple(map(any, self.colors))
 
     @property
     def needs_normals(self) -> bool:
-        """True if its contribution depends on the normal."""
+        """True if the light's contribution depends on the normal."""
         return True in self.shines
 
     @property
     def is_black(self) -> bool:
-        """True if it contributes nothing anywhere: its colours, its intensity or the material's colours are 0."""
+        """True if the light contributes nothing: its colours, its intensity or the material's colours are 0."""
         return not (True in self.shines or any(self.ambient))
 
 
@@ -108,11 +111,11 @@ class Equation:
     lights : int
         Number of the scene's lights, on or off.
     ambient, emission : tuple of float
-        Colours that are independent of lights; the albedo multiplies `ambient`.
+        Ambient light of the light model, and emission. The albedo multiplies `ambient`.
     reflectance : Reflectance
         Reflectance of the surface.
     eye : tuple of float or None
-        Viewer's position if v is computed per vertex, else None.
+        Viewer's position; None if the unit vector v to the viewer is the same for all vertices.
     to_eye : tuple of float
         Unit vector towards the eye along the view axis.
     two_sided : bool
@@ -128,7 +131,7 @@ class Equation:
     is_occluded : bool
         True if the visible part of the sky multiplies the ambient light of the light model and of the lights.
     maps : mapping
-        Field of the reflectance → least and greatest of the numbers per vertex that replace the field.
+        For each field of the reflectance that has a map (a number per vertex): the least and the greatest number.
     tints : frozenset of str
         Names of the fields that have a map of colours: some of "albedo", "diffuse", "specular" and "emission".
     gamma : float
@@ -161,7 +164,7 @@ class Equation:
 
     @cached_property
     def extremes(self) -> tuple[Reflectance, ...]:
-        """Reflectances whose bounds hold for the reflectances of all vertices; see `limits.extremes`."""
+        """A few reflectances whose bounds hold for the reflectance of every vertex; see `limits.extremes`."""
         found: tuple[Reflectance, ...] = (self.reflectance,)
         for name, (low, high) in self.maps.items():
             found = tuple(extreme for each in found for extreme in extremes(each, name, low, high))
@@ -174,14 +177,14 @@ class Equation:
 
     @cached_property
     def sharpness(self) -> float:
-        """Greatest sharpness of the reflectance at any vertex."""
+        """Greatest sharpness of the reflectance at any vertex; a sharper reflectance has narrower highlights."""
         return max(each.sharpness for each in self.extremes)
 
     @property
     def forms(self) -> tuple[CosinePower | None, ...]:
-        """For each lobe, its form as a power of a cosine if integrals over area lights have a closed form, else None.
+        """The power of a cosine that each lobe equals, for lobes whose integral over an area light has a closed form.
 
-        If a map varies, only diffuse lobes have a closed form.
+        Other lobes have None. If a map varies, only diffuse lobes have a closed form.
         """
         forms, diffuse = self.reflectance.forms, self.lobes_of["diffuse"]
         varies = any(least < most for least, most in self.maps.values())
@@ -189,16 +192,16 @@ class Equation:
 
     @cached_property
     def needs_normals(self) -> bool:
-        """True if a light's contribution depends on the normal, or the two sides of the surface see different skies."""
+        """True if colours depend on the normal: by a light, or because the sky is partly hidden on both sides."""
         return any(term.needs_normals for term in self.terms) or (self.two_sided and self.is_occluded)
 
     @cached_property
     def has_highlights(self) -> bool:
-        """True if any light's contribution depends on the viewer through v."""
+        """True if any light's contribution depends on the unit vector v to the viewer."""
         return any(map(self.needs_viewer, self.terms))
 
     def needs_viewer(self, term: LightTerm) -> bool:
-        """Return True if a light's contribution depends on the viewer through v."""
+        """Return True if the contribution of a term's light depends on the unit vector v to the viewer."""
         pairs = zip(term.shines, self.reflectance.lobes, strict=True)
         return any(shines and lobe.needs_viewer for shines, lobe in pairs)
 
@@ -209,25 +212,25 @@ class Equation:
 
     @cached_property
     def lobes_of(self) -> dict[Component, list[int]]:
-        """Indices of the reflectance's lobes in each component."""
+        """Component ("diffuse" or "specular") → indices of the reflectance's lobes that belong to it."""
         lobes = [lobe.component for lobe in self.reflectance.lobes]
         components: tuple[Component, ...] = ("diffuse", "specular")
         return {component: [k for k, of in enumerate(lobes) if of == component] for component in components}
 
     def has(self, term: LightTerm, component: Component) -> bool:
-        """Return True if a light contributes to a component."""
+        """Return True if a term's light contributes to a component, "diffuse" or "specular"."""
         return any(map(term.shines.__getitem__, self.lobes_of[component]))
 
     def without(self, term: LightTerm, component: Component) -> LightTerm:
-        """Return a light's term without its contribution to a component."""
+        """Return a term without its light's contribution to a component, "diffuse" or "specular"."""
         gone = self.lobes_of[component]
         return replace(term, colors=tuple(BLACK if k in gone else color for k, color in enumerate(term.colors)))
 
     @property
     def shares(self) -> list[Share]:
-        """Contributions whose sum is the colour before gamma and clamping; black contributions are left out.
+        """Parts of the colour whose sum is the colour before gamma and clamping. Black parts are left out.
 
-        Contributions that are independent of lights come first, then the lights in order.
+        Emission and the light model's ambient light come first, then the lights in order.
         """
         lobes, index = self.reflectance.lobes, operator.attrgetter("index")
         dark = tuple(BLACK for _ in lobes)
@@ -250,25 +253,25 @@ class Equation:
         return self.two_sided and self.needs_normals
 
     def toward_viewer(self, v: FloatArray) -> FloatArray:
-        """Return the directions towards which normals are turned in two-sided lighting.
+        """Return the directions to which normals are turned in two-sided lighting.
 
-        If `local_facing`, these are the unit vectors `v` to the viewer, shape (3, n). Without it, the direction is the
+        If `local_facing`, these are `v`, the unit vectors to the viewer, shape (3, n). Otherwise the direction is the
         view axis, shape (3, 1).
         """
         return v if self.local_facing else np.array(self.to_eye)[:, None]
 
     @cached_property
     def shadowed(self) -> tuple[int, ...]:
-        """Indices of the scene's lights that may be partly hidden."""
+        """Indices of the scene's lights that other surfaces may hide."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
     @cached_property
     def channels(self) -> dict[str, slice]:
-        """Rows of `Vertices.channels` by kind, for the kinds that are read.
+        """Rows of `Vertices.channels`, by kind; only the kinds that the equation reads.
 
         "visibility" has a row for each of the scene's lights and one for the sky. If normals are turned towards the
-        viewer, as many rows follow for the other sides. "tangents" has the rows x, y and z. Each map has one row, under
-        the map's name.
+        viewer, the same number of rows follows for the vertices' back sides. "tangents" has the rows x, y and z. Each
+        map has one row, under the map's name.
         """
         sizes = {"visibility": (self.lights + 1) * (1 + self.is_flipped)} if self.needs_visibility else {}
         if any(term.needs_normals for term in self.terms):
@@ -279,7 +282,10 @@ class Equation:
 
     @property
     def needed_tints(self) -> tuple[str, ...]:
-        """Names of the tints that multiply colours other than black."""
+        """Names of the fields whose map of colours affects the result.
+
+        A map is not needed if it multiplies black only.
+        """
         if not self.tints:
             return ()
         is_read = {
@@ -297,7 +303,7 @@ class Equation:
 
     @cached_property
     def needs_eye(self) -> bool:
-        """True if v is computed per vertex, for highlights or for turning normals."""
+        """True if the unit vector v to the viewer is computed per vertex, for highlights or for turning normals."""
         return self.eye is not None and (self.has_highlights or (self.is_flipped and self.local_facing))
 
     @cached_property
@@ -307,9 +313,9 @@ class Equation:
 
 
 class Share(NamedTuple):
-    """One component of a light's contribution, or of the colour that is independent of lights.
+    """One component of a light's contribution; or, without a light, the emission or the light model's ambient light.
 
-    `light` is the light's index, or None for the colour that is independent of lights.
+    `light` is the light's index, or None without a light.
     """
 
     component: Component | Literal["ambient", "emission"]
@@ -333,14 +339,15 @@ def assemble(
     maps: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     tints: frozenset[str] = frozenset(),
 ) -> Equation:
-    """Return the lighting equation of a scene and a material, in the scene's convention. The matrix is copied.
+    """Return the lighting equation of a scene and a material, in the scene's convention. `matrix` is copied.
 
     Parameters
     ----------
     scene, material, matrix
-        As for `evaluate`, except that the material has bounds in place of its maps; see `Vertices.without_maps`.
+        As for `evaluate`. But in the material, a bound replaces each map; see `Vertices.without_maps`.
     maps, tints
-        Ranges of the maps of numbers, and names of the fields with a map of colours, as in `Equation`.
+        Least and greatest number of each map of numbers, and names of the fields with a map of colours, as in
+        `Equation`.
 
     Raises
     ------
@@ -398,9 +405,9 @@ def _standard(
 
 
 def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: Iterable[str]) -> None:
-    """Raise ValueError for a map of a field in `names` that the reflectance does not read.
+    """Raise ValueError if a field in `names` has a map that the reflectance does not read.
 
-    In VTK's convention, raise it for every map except albedo.
+    In VTK's convention, only albedo may have a map. `standard` is the equation in the standard convention.
     """
     reflectance = standard.reflectance
     for name in names:
@@ -416,8 +423,9 @@ def _refuse_unread(standard: Equation, scene: Scene, material: Material, names: 
 
 
 def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
-    """Return the equation of the same scene in VTK's convention.
+    """Return the equation in VTK's convention for the same scene.
 
+    `standard` is its equation in the standard convention.
     VTK does not multiply the material's ambient by any light, and ignores the lights' ambient and specular colours.
     VTK's viewer is local even in parallel projection. VTK draws a scene without lights unlit.
     """
@@ -460,10 +468,11 @@ def _as_vtk(standard: Equation, scene: Scene, material: Material) -> Equation:
 
 
 def vtk_tier(lights: Iterable[Light]) -> int:
-    """Return VTK's choice of shader: 1 for a single headlight, 2 for directional lights, 3 for any lights, 0 for unlit.
+    """Return the number of the shader that VTK chooses for lights.
 
-    Lights that are off count too in two cases (vtkOpenGLRenderer::UpdateLights): if they have a position, or if they
-    come after the first light that is on and are not headlights.
+    It is 1 for a single headlight, 2 for directional lights, 3 for other lights, and 0 for an unlit scene. Lights that
+    are off count too in two cases (vtkOpenGLRenderer::UpdateLights): if they have a position, or if they come after the
+    first light that is on and are not headlights.
     """
     chosen, shine = 0, 0
     for light in lights:
@@ -495,7 +504,7 @@ class _Reflectances(NamedTuple):
     def times(
         self, intensity: float, ambient: ColorLike, diffuse: ColorLike, specular: ColorLike
     ) -> tuple[Vector, tuple[Vector, ...], float]:
-        """Multiply the surface's colours by a light's intensity and its `ambient`, `diffuse` and `specular` colours.
+        """Multiply the surface's colours by a light's `intensity` and colours.
 
         Return the ambient product, the product of each lobe, and the gain. All products are divided by the gain, a
         power of two, so that none exceeds 1.
@@ -518,7 +527,7 @@ def _product(most: float, reflectance: Vector, light: Vector, intensity: float =
 
 
 def _capped(most: float, *factors: float) -> float:
-    """Return the product of the `factors`, three numbers >= 0, or `most` if the product is larger.
+    """Return the product of three numbers >= 0, or `most` if the product is larger than `most`.
 
     Intermediate products neither overflow nor underflow.
     """
@@ -543,7 +552,7 @@ _VERY_FAR = 2.0**29
 
 
 def relative_to_mesh(equation: Equation) -> Equation:
-    """Return the equation with the origin of coordinates moved to the mesh's origin, or the equation itself.
+    """Return the equation with coordinates relative to the mesh's origin if float32 needs it, else `equation`.
 
     The origin is moved if the mesh's origin is very far away and a light or the eye is near it. The decision does not
     use the vertices, so that no colour depends on other vertices. For the same reason, it uses the equation before a
@@ -578,9 +587,9 @@ def relative_to_mesh(equation: Equation) -> Equation:
 
 
 def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
-    """Return the position `place` minus the matrix's offset t/w, rounded once.
+    """Return the position `place` relative to the mesh's origin t/w, rounded once.
 
-    t is the matrix's translation, and w is its last entry.
+    t is the translation in the matrix, and w is the matrix's last entry.
     """
     w = Fraction(float(matrix[3, 3]))
     x, y, z = (float(Fraction(float(a)) - Fraction(t) / w) for a, t in zip(place, matrix[:3, 3].tolist(), strict=True))
@@ -593,8 +602,8 @@ def _seen_from_offset(place: VectorLike, matrix: Float64Array) -> Vector:
 def in_parts(equation: Equation) -> Equation:
     """Return the equation with area lights split into the parts that evaluators run.
 
-    For lobes with a closed form, the light itself is kept. For the other lobes, the light's nodes replace the light.
-    The light's ambient colour arrives as if from its centre.
+    For lobes with a closed form, the light itself is kept. For the other lobes, nodes (small lights at points of the
+    light) replace the light. The ambient light arrives as if from the light's centre.
     """
     if not any(term.light.has_size for term in equation.terms):
         return equation
@@ -603,7 +612,7 @@ def in_parts(equation: Equation) -> Equation:
 
 
 def as_nodes(equation: Equation, count: int) -> Equation:
-    """Return the equation with each area light as a sum of `count` nodes, for all lobes."""
+    """Return the equation with each area light replaced by `count` nodes, small lights at points of it."""
     nothing = (None,) * len(equation.reflectance.lobes)
     terms = tuple(part for term in equation.terms for part in _parts(equation, term, nothing, count))
     return replace(equation, terms=terms)
@@ -633,10 +642,10 @@ def _parts(
 
 
 def by_closed_form(term: LightTerm, forms: Sequence[CosinePower | None]) -> tuple[tuple[Vector, ...], ...]:
-    """Split a term's colours into those of lobes with a closed form, and those of the other lobes.
+    """Split a term's colours into the colours of lobes with a closed form, and the colours of the other lobes.
 
-    Both results have a colour for each lobe: black for a lobe whose colour is in the other result. `forms` has the form
-    of each lobe, or None for a lobe without a closed form.
+    Both results have a colour for each lobe: black for a lobe whose colour is in the other result. `forms` has the
+    closed form of each lobe (see `Equation.forms`), or None.
     """
     _, light = term.light.tints(term.bands)[0]
     is_exact = [form is not None and light.analytic_integral(form) is not None for form in forms]

@@ -36,14 +36,14 @@ _NOTHING = 2.0**-26
 
 
 class Radiosity(NamedTuple):
-    """Direct and ambient light that n vertices send, and their albedo."""
+    """Light that n vertices send by diffuse reflection and emission, and their diffuse albedo."""
 
     direct: FloatArray
-    """Shape (n, 3): S."""
+    """Shape (n, 3): S, the direct light."""
     ambient: FloatArray
-    """Shape (n, 3): A."""
+    """Shape (n, 3): A, the reflected ambient light."""
     scattered: FloatArray
-    """Shape (n, 3): ρ."""
+    """Shape (n, 3): ρ, the diffuse albedo."""
 
     @classmethod
     def of_all(cls, parts: list[Radiosity]) -> Radiosity:
@@ -61,42 +61,42 @@ def without_ambient(equation: Equation) -> Equation:
 
 
 def direct_light(equation: Equation) -> Equation:
-    """Return the equation of direct light, unclamped. The series adds the ambient light."""
+    """Return the equation without ambient light and without clamping. The series adds the ambient light later."""
     return replace(without_ambient(equation), bounces=0, clamp=False)
 
 
 def directly_lit(equation: Equation) -> Equation:
-    """Return the equation of S: diffuse reflection and emission, unclamped."""
+    """Return the equation of S: diffuse reflection of direct light, and emission, without clamping."""
     direct = direct_light(equation)
     terms = tuple(direct.without(term, "specular") for term in direct.terms)
     return replace(direct, terms=tuple(term for term in terms if not term.is_black))
 
 
 def ambient_alone(equation: Equation) -> Equation:
-    """Return the equation of A: ambient light alone, unclamped."""
+    """Return the equation of A: ambient light alone, without clamping."""
     black = (BLACK,) * len(equation.reflectance.lobes)
     terms = tuple(replace(term, colors=black) for term in equation.terms if any(term.ambient))
     return replace(equation, terms=terms, emission=BLACK, bounces=0, clamp=False)
 
 
 def diffuse_white(equation: Equation) -> tuple[Vector, ...]:
-    """Return, for each lobe, the material's colour if the lobe is diffuse, else black."""
+    """Return a colour for each lobe: the material's own if the lobe is diffuse, else black."""
     diffuse = equation.lobes_of["diffuse"]
     return tuple(color if k in diffuse else BLACK for k, color in enumerate(equation.colors))
 
 
 def under_white_sky(equation: Equation) -> Equation:
-    """Return the equation of ρ: diffuse reflection of an unoccluded uniform white sky, unclamped."""
+    """Return the equation of ρ: diffuse reflection of a uniform white sky that nothing hides, without clamping."""
     sky = LightTerm(EnvironmentLight(), 0, "white sky", False, BLACK, diffuse_white(equation), 1.0)
     alone = replace(direct_light(equation), terms=(sky,), lights=max(equation.lights, 1), emission=BLACK)
     return in_parts(replace(alone, is_occluded=False))
 
 
 def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
-    """Return `scattered`, the diffuse albedo of a surface's vertices, shape (n, 3), clipped to at most 1.
+    """Return the diffuse albedo `scattered`, shape (n, 3), clipped to at most 1.
 
-    The given albedo may exceed 1 slightly, by the error of its computation. `equation` tells how large this error can
-    be: larger if diffuse reflection depends on the viewer.
+    The computed albedo may exceed 1 slightly, by its numerical error. This error is larger if diffuse reflection in
+    `equation` depends on the viewer.
 
     Raises
     ------
@@ -105,9 +105,9 @@ def without_gain(scattered: FloatArray, equation: Equation) -> FloatArray:
     """
     most = float(scattered.max(initial=0.0))
     if most > 1.0 + (_FITTED if equation.diffuse_needs_viewer else _ROUNDED):
-        got = f"one with a total reflectance of {most:.3g}"
+        got = f"a material with a total reflectance of {most:.3g}"
         remedy = "Reduce diffuse times albedo to at most 1."
-        check.refuse("material", got, "one with a total reflectance of at most 1, if light bounces", remedy)
+        check.refuse("material", got, "a material with a total reflectance of at most 1, if light bounces", remedy)
     return np.minimum(scattered, 1.0)
 
 
@@ -122,9 +122,10 @@ def bounced(sent: Radiosity, gather: Gather, count: int, *, apart: bool) -> Floa
     sent : Radiosity
         Light that all vertices send.
     gather : callable
-        Function from the colours that vertices send to the mean colours that they see; multiplication by T.
+        Function that multiplies by T: it takes the colours that vertices send, and returns the mean colours that
+        vertices see.
     count : int
-        At least 1.
+        Number of bounces, at least 1.
     apart : bool
         True to return each bounce separately. If False, the series may end early, when the sum no longer changes.
 

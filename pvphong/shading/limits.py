@@ -29,18 +29,19 @@ from pvphong.optics.reflectances.ward import LEAST_HEIGHT
 
 @singledispatch
 def most(reflectance: Any, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 no bound
-    """Return a bound on the factor of a reflectance's lobe with the index `lobe`; infinite if no bound is known.
+    """Return a bound on the factor of the lobe with the index `lobe`; infinite if no bound is known.
 
-    It holds for all directions within `sightline`, the bounds on the angles between normal, light and viewer.
+    The bound holds for all angles between normal, light and viewer that `sightline` allows.
     """
     return 1.0 if reflectance.lobes[lobe] is LAMBERT else math.inf
 
 
 @singledispatch
 def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001 any ψ
-    """Return a bound on the change of a lobe's factor when the direction l to the light or v to the viewer turns.
+    """Return a bound on the change of a lobe's factor if the light or the viewer moves.
 
-    The bound holds for any normal. It is infinite if nothing is known.
+    The direction to the light is l, and the direction to the viewer is v. The bound holds for any normal. It is
+    infinite if nothing is known.
 
     Parameters
     ----------
@@ -64,8 +65,8 @@ def change(reflectance: Any, lobe: int, turn: float, psi: float, *, light_moves:
 def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any, ...]:
     """Return a few reflectances whose bounds hold for every reflectance with `field` between `low` and `high`.
 
-    A bound on the factor is the maximum of `most` over the returned reflectances. A bound on its change is the sum of
-    `change` over them.
+    A bound on the factor is the maximum of `most` over these reflectances. A bound on its change is the sum of `change`
+    over these reflectances.
     """
     return replace(reflectance, **{field: low}), replace(reflectance, **{field: high})
 
@@ -74,7 +75,7 @@ def extremes(reflectance: Any, field: str, low: float, high: float) -> tuple[Any
 
 
 def _largest_power(reflectance: Shiny, sightline: AngleBounds) -> float:
-    """Return the largest value, within bounds on angles, of a highlight that is a power of a cosine.
+    """Return the largest value of a highlight that is a power of a cosine, for all angles that `sightline` allows.
 
     The light may be on either side of the surface.
     """
@@ -83,7 +84,7 @@ def _largest_power(reflectance: Shiny, sightline: AngleBounds) -> float:
 
 
 def _steepness(shininess: float) -> float:
-    """Return the largest slope of cosⁿ θ, for the exponent n, `shininess`.
+    """Return the largest slope of cosⁿ θ as a function of θ, where n is `shininess`.
 
     It is √n · ((n − 1)/n)^((n − 1)/2) for n >= 1, infinite for n between 0 and 1, and 0 for n = 0.
     """
@@ -94,10 +95,10 @@ def _steepness(shininess: float) -> float:
 
 @most.register
 def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound `most` for a reflectance with a diffuse lobe, then a highlight that is a power of a cosine.
+    """Return the bound `most` for a diffuse lobe followed by a highlight that is a power of a cosine.
 
-    For the diffuse lobe it is 1. For the highlight it is the power at the largest cosine, or 0 if the light is below
-    the horizon of every vertex.
+    For the diffuse lobe, the bound is 1. For the highlight, it is the power at the largest cosine, or 0 if the light is
+    below the horizon of every vertex. The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0
@@ -106,13 +107,13 @@ def _most_of_power(reflectance: Shiny, lobe: int, sightline: AngleBounds = ANYWH
 
 @change.register
 def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the bound `change` for a reflectance with Lambert's lobe, then a highlight that is a power of a cosine.
+    """Return the bound `change` for Lambert's lobe followed by a highlight that is a power of a cosine.
 
     A highlight changes by at most the power's slope times the turn. If the light moves, a jump is added, because the
     light may cross a vertex's horizon.
 
     At the horizon, n·l is at most the sine of the turn. The angle from the normal is at least π/2 − turn to the light,
-    and at least π/2 − turn − ψ to the viewer.
+    and at least π/2 − turn − ψ to the viewer. The arguments are as for `change`.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -126,10 +127,10 @@ def _change_of_power(reflectance: Shiny, lobe: int, turn: float, psi: float, *, 
 
 @extremes.register
 def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...]:
-    """Return the reflectances with the exponents `low` and `high`, for a map of the exponent.
+    """Return reflectances with the exponents `low` and `high`, which bound those between them.
 
-    If the greatest exponent below 1 is between them, it is included, because highlights with exponents between 0 and 1
-    are infinitely steep.
+    If 1 is between them, the greatest exponent below 1 is added, because highlights with exponents between 0 and 1 are
+    infinitely steep. `field` is the name of the exponent's field.
     """
     kind: Any = reflectance
     ends = replace(kind, **{field: low}), replace(kind, **{field: high})
@@ -138,10 +139,10 @@ def _(reflectance: Shiny, field: str, low: float, high: float) -> tuple[Any, ...
 
 @most.register
 def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound on a lobe's factor for modified Phong, within `sightline`.
+    """Return the bound `most` for modified Phong.
 
-    For the diffuse lobe it is 1. For the highlight it is the bound on the power, times the largest n·l and the
-    normalisation.
+    For the diffuse lobe, the bound is 1. For the highlight, it is the bound on the power, times the largest n·l and the
+    normalisation. The arguments are as for `most`.
     """
     factor = reflectance.parameters({})[0] * max(math.cos(sightline.theta), 0.0) if lobe else 1.0
     return _most_of_power(reflectance, lobe, sightline) * float(factor)
@@ -149,9 +150,10 @@ def _(reflectance: ModifiedPhong, lobe: int, sightline: AngleBounds = ANYWHERE) 
 
 @change.register
 def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change of a lobe's factor for modified Phong. The arguments are as for `change`.
+    """Return the bound `change` for modified Phong.
 
-    For the highlight, it bounds the product of the power and n·l, which has no jump at the horizon.
+    For the highlight, it bounds the change of the product of the power and n·l, which has no jump at the horizon. The
+    arguments are as for `change`.
     """
     if lobe == 0:
         return turn if light_moves else 0.0
@@ -161,10 +163,10 @@ def _(reflectance: ModifiedPhong, lobe: int, turn: float, psi: float, *, light_m
 
 @most.register
 def _(reflectance: VtkHeadlight, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound on a lobe's factor for VTK's headlight, within `sightline`.
+    """Return the bound `most` for VTK's headlight.
 
-    For the diffuse lobe it is 1. For the highlight it is the largest power. This highlight does not end at the horizon,
-    so the light may be on either side of the surface.
+    For the diffuse lobe, the bound is 1. For the highlight, it is the largest power. This highlight does not end at the
+    horizon, so the light may be on either side of the surface. The arguments are as for `most`.
     """
     return _largest_power(reflectance, sightline) if lobe else 1.0
 
@@ -177,15 +179,16 @@ the angle between l and v."""
 
 
 def _most_whiteness(psi: float) -> float:
-    """Return the largest Schlick weight (1 − h·l)⁵ if the angle between light and viewer is at most ψ, in radians."""
+    """Return the largest Schlick weight (1 − h·l)⁵ if light and viewer are at most `psi` radians apart."""
     return (1.0 - math.cos(0.5 * min(psi, math.pi))) ** 5
 
 
 @most.register
 def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound on a lobe's factor for a metal, within `sightline`.
+    """Return the bound `most` for a metal.
 
-    It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight.
+    It is the bound of Phong's model. For the white lobe, this bound is multiplied by the largest Schlick weight. The
+    arguments are as for `most`.
     """
     white = _most_whiteness(sightline.psi) if lobe == 2 else 1.0
     return _most_of_power(reflectance, lobe, sightline) * white
@@ -193,10 +196,10 @@ def _(reflectance: Metal, lobe: int, sightline: AngleBounds = ANYWHERE) -> float
 
 @change.register
 def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:
-    """Return the bound on the change of a lobe's factor for a metal. The arguments are as for `change`.
+    """Return the bound `change` for a metal.
 
-    For the diffuse lobe, it is that of Phong's model. For a highlight, it is the sum of the bounds on the changes of
-    Phong's power and of Schlick's weight.
+    For the diffuse lobe, the bound is that of Phong's model. For a highlight, it is the sum of the bounds on the
+    changes of Phong's power and of Schlick's weight. The arguments are as for `change`.
     """
     result = _change_of_power(reflectance, lobe, turn, psi, light_moves=light_moves)
     return min(result + _WHITENESS_SLOPE * turn, 1.0) if lobe else result
@@ -207,10 +210,11 @@ def _(reflectance: Metal, lobe: int, turn: float, psi: float, *, light_moves: bo
 
 @most.register
 def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound on a lobe's factor for microfacets, within `sightline`.
+    """Return the bound `most` for microfacets.
 
-    For the diffuse base, it is a constant. For a highlight, it is the microfacets' density D at the largest n·h, times
-    the largest masking K = 1/(2β). For the white lobe, this product is multiplied by the largest Schlick weight.
+    For the diffuse base, the bound is a constant. For a highlight, it is the microfacets' density D at the largest n·h,
+    times the largest masking K = 1/(2β). For the white lobe, this product is multiplied by the largest Schlick weight.
+    The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0 if reflectance.is_faded else 1.15
@@ -225,10 +229,10 @@ def _(reflectance: Microfacets, lobe: int, sightline: AngleBounds = ANYWHERE) ->
 
 @change.register
 def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change of a lobe's factor for microfacets. The arguments are as for `change`.
+    """Return the bound `change` for microfacets.
 
-    For the diffuse base, it follows from the base's slope. For a highlight, it is the highlight's largest value,
-    because the slope of the masking is unbounded near the horizon.
+    For the diffuse base, the bound follows from the base's slope. For a highlight, it is the highlight's largest value,
+    because the slope of the masking is unbounded near the horizon. The arguments are as for `change`.
     """
     if lobe:
         return most(reflectance, lobe)
@@ -242,19 +246,19 @@ def _(reflectance: Microfacets, lobe: int, turn: float, psi: float, *, light_mov
 
 @most.register
 def _(reflectance: OrenNayar, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:  # noqa: ARG001 one lobe, all angles
-    """Return the bound on the factor for Oren and Nayar's model: a bound on the sum of its coefficients A and B.
+    """Return the bound `most` for Oren and Nayar's model, a bound on the sum of the coefficients A and B.
 
-    The sum is at most 1.125, for sigma = 22°.
+    The sum is at most 1.125, for sigma = 22°. The arguments are as for `most`.
     """
     return 1.13
 
 
 @change.register
 def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves: bool) -> float:  # noqa: ARG001
-    """Return the bound on the change of the factor for Oren and Nayar's model. The arguments are as for `change`.
+    """Return the bound `change` for Oren and Nayar's model.
 
     The change of the term with A is bounded by its slope. The change of the term with B is bounded by B, because the
-    slope of this term is unbounded near the horizon.
+    slope of this term is unbounded near the horizon. The arguments are as for `change`.
     """
     a, b = reflectance.parameters({})
     return (a * turn if light_moves else 0.0) + b
@@ -262,10 +266,10 @@ def _(reflectance: OrenNayar, lobe: int, turn: float, psi: float, *, light_moves
 
 @most.register
 def _(reflectance: Ward, lobe: int, sightline: AngleBounds = ANYWHERE) -> float:
-    """Return the bound on the factor for Ward's model, within `sightline`: the factor at the largest n·h.
+    """Return the bound `most` for Ward's model: the factor at the largest n·h.
 
     With s, x, z and E as in `Ward`, and θ the angle from n to s: x/z² is at most 1/z, and |s|²/z² = 1 + tan² θ. The
-    product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive.
+    product (1 + tan² θ) exp(−E) is at most 1, and decreases with θ if n·v is positive. The arguments are as for `most`.
     """
     if lobe == 0:
         return 1.0

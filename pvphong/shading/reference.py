@@ -44,7 +44,7 @@ class Shading:
         Shape (n, 3). In [0, 1], unless the light model does not clamp.
     ambient, diffuse, specular, emission : ndarray or None
         Shape (n, 3), unclamped; they add up to the unclamped colour. `ambient` contains the light model's and the
-        lights' ambient light. These arrays, and those below, are None unless components were requested.
+        lights' ambient light. If components were not requested, these arrays and those below are None.
     per_light : ndarray or None
         Shape (n_lights, n, 3), unclamped: each light's ambient, diffuse and specular contribution, in the order of
         the scene's lights; zero for a light that is off.
@@ -109,17 +109,16 @@ _INTEGRATED = 2048
 
 
 class Block(NamedTuple):
-    """Vertices in the form that the equation reads. Fields that the equation does not need are empty."""
+    """A block of vertices, in the form that the equation reads. Fields that the equation does not need are empty."""
 
     points: Float64Array
     surface: Surface
     unseen: Any
-    """Array (block,): True where v does not exist, because the eye is on the vertex or the vertex is not finite.
-    The scalar False if v exists everywhere."""
+    """Array (block,): True where there is no unit vector v to the viewer, because the eye is on the vertex or the
+    vertex is not finite. The scalar False if v exists everywhere."""
     seen: FloatArray | None
     """Visible part of each light, and of the sky in the last row, shape (lights + 1, block); None if not needed. If
-    normals are turned towards the viewer, it is the part that is visible from the side of the vertex that the viewer
-    sees."""
+    normals are turned towards the viewer, it is the part that is visible from the side facing the viewer."""
     tints: dict[str, FloatArray]
     """Factors of colours, shape (3, block), by name. "albedo" multiplies ambient light. "diffuse", which includes the
     albedo, multiplies the lobes that take the albedo. "specular" multiplies the highlights, "emission" the emission."""
@@ -265,7 +264,7 @@ def _shade_block(block: Block, equation: Equation, result: Shading) -> None:
 def lobe_factors(
     reflectance: Reflectance, surface: Surface, arrival: Arrival, wanted: Sequence[bool]
 ) -> tuple[Any, ...]:
-    """Return, for each lobe of a reflectance, its factor at n vertices, as a new array of shape (n,).
+    """Return the factor of each lobe of a reflectance at n vertices, as a new array of shape (n,).
 
     The factor multiplies the light that arrives from one direction, `arrival`, at each vertex of `surface`. `wanted`
     has a flag for each lobe; the factors of lobes that are not wanted are arbitrary.
@@ -286,7 +285,7 @@ def lobe_factors(
 
 
 def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> FloatArray | None:
-    """Return the factors, shape (3, n), by which maps multiply a lobe's colour; None if they are 1 everywhere.
+    """Return the factors, shape (3, n), by which maps multiply the colour of `lobe`; None if they are 1 everywhere.
 
     `tints` has the factors of colours by name, as `Block.tints`.
     """
@@ -302,9 +301,10 @@ def tint_of(lobe: Lobe, tints: Mapping[str, FloatArray], surface: Surface) -> Fl
 def _add(
     coefficients: Vector, factor: Any, tint: FloatArray | None, color: FloatArray, *shares: FloatArray | None
 ) -> None:
-    """Add coefficient · factor · tint, channel by channel, to `color` and to each array in `shares` that is not None.
+    """Add the product of coefficient, factor and tint to `color`, and to each array in `shares` that is not None.
 
-    Vertices are columns in `color`, and rows in the shares. Channels whose coefficient is 0 are skipped.
+    The coefficients are a colour, `factor` is a number per vertex, and `tint` a colour per vertex, or None for 1.
+    Vertices are columns in `color` and `tint`, and rows in the shares. Channels whose coefficient is 0 are skipped.
     """
     for channel, coefficient in enumerate(coefficients):
         if coefficient:
@@ -318,7 +318,7 @@ def _add(
 
 
 def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Iterator[Any]:
-    """Yield, for each lobe, the lobe's integral over an area light times the gain of `term`.
+    """Yield the integral of each lobe over the area light of `term`, times the term's gain.
 
     Terms of the integral cancel, so it is computed in float64. The integral covers the whole light; the caller
     multiplies it by the visible part.
@@ -334,10 +334,10 @@ def _integrals(block: Block, reflectance: Reflectance, term: LightTerm) -> Itera
 
 
 def _integrated(integral: Integral, form: CosinePower, block: Block, *, rounded: bool) -> Float64Array:
-    """Return the integral of the lobe with the form `form` over an area light, at each vertex of a block, shape (n,).
+    """Return the integral of one lobe over an area light, at each vertex of a block, shape (n,).
 
-    With `rounded`, float32's accuracy suffices. Few vertices are evaluated at a time, so that temporaries stay in the
-    caches.
+    `form` is the lobe as a power of a cosine. With `rounded`, float32's accuracy suffices. Few vertices are evaluated
+    at a time, so that temporaries stay in the caches.
     """
     n, lobe = block.surface.exact_normals, lobe_numbers(form.power, rounded=rounded)
     a = block.surface.mirrored if form.around == "mirror" and form.power else n  # 0⁰ is 1 in the whole hemisphere

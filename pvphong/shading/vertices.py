@@ -28,14 +28,14 @@ _TO_VISIBILITY = "Pass visibility=mesh.phong.visibility(scene), or call mesh.pho
 
 
 class Tint(NamedTuple):
-    """Per-vertex factors of a colour: the rows of a map, divided by a bound on them."""
+    """A map of colours, as factors: the map's rows, divided by a bound on them."""
 
     name: str
-    """Field that the map replaces."""
+    """Name of the field that the map replaces."""
     rows: Any
     """Shape (n, 1) or (n, 3), uint8, float32 or float64, as `pvphong.optics.maps.checked` returns them."""
     most: float
-    """The bound, a power of two."""
+    """The bound by which the rows are divided, a power of two."""
 
     def at(self, part: Any) -> Tint:
         """Return the tint of some of the vertices; `part` is a slice or an index array."""
@@ -56,9 +56,10 @@ class Vertices:
         Shape (n, 3), in the mesh's own coordinates. Other types than float32 and float64 are widened.
     normals : array_like, callable or None
         Shape (n, 3), of any length; or a function that returns them, called at the first use because computing normals
-        can cost more than lighting. None if unknown: then the vertices can only be planned for.
+        can cost more than lighting. None if unknown; such vertices can be planned for, but not lit.
     maps : mapping, optional
-        Field of the material or its reflectance → values per vertex, an array or a `Map`; see `pvphong.optics.maps`.
+        Values per vertex of fields of the material or its reflectance: field → array or `Map`; see
+        `pvphong.optics.maps`.
     tangents : array_like or callable, optional
         Shape (n, 3), of any length but 0: directions along the surface, for anisotropic reflectances; or a function
         that returns them, called at the first use as for normals.
@@ -101,7 +102,7 @@ class Vertices:
         return cls(points, lambda: np.concatenate([part.normals for part in parts]))
 
     def some(self, rows: IntArray) -> Vertices:
-        """Return some of the vertices, for a plan of all of them. Transport is left out."""
+        """Return some of the vertices, for the plan of all. `rows` are their indices. Transport is left out."""
         seen = None if self.visibility is None else VisibilityAt(self.visibility, rows)
         how: dict[str, Any] = {"tangents": lambda: self.tangents[rows], "ranges": self.ranges}
         part = Vertices(self.points[rows], lambda: self.normals[rows], visibility=seen, **how)
@@ -154,19 +155,19 @@ class Vertices:
         return np.broadcast_to(np.zeros(3, np.float32), self.points.shape)
 
     def tints(self, equation: Equation) -> dict[str, Tint]:
-        """Return the tints that an equation reads, by the name of the field that their map replaces."""
+        """Return the maps of colours that an equation reads, by the name of the field that each replaces."""
         return self.tints_of(equation.needed_tints)
 
     def tints_of(self, names: Iterable[str]) -> dict[str, Tint]:
-        """Return the tints of the maps with the given names, by name."""
+        """Return the maps of colours for the fields in `names`, by field."""
         return {name: Tint(name, self.maps[name].rows, self.maps[name].most) for name in names}
 
     def without_maps(self, material: Material) -> Material:
-        """Return a copy of a material in which the bound on each map's values stands in place of the map."""
+        """Return a copy of a material in which each map is replaced by a bound on its values."""
         return material.with_values({name: values.most for name, values in self.maps.items()})
 
     def sending(self, colors: FloatArray, material: Material) -> Vertices:
-        """Return these vertices with another map of emission: the material's own emission plus `colors`, (n, 3)."""
+        """Return these vertices with `colors`, shape (n, 3), added to the material's emission, as a map of emission."""
         emitted = self.maps.get("emission")
         own = rgb(material.emission) if emitted is None else fractions("emission", emitted.rows)
         maps = {name: values.rows for name, values in self.maps.items()} | {"emission": colors + own}
@@ -191,10 +192,9 @@ class Vertices:
         return assemble(scene, self.without_maps(material), matrix, self.ranges, tints)
 
     def channels(self, equation: Equation) -> FloatArray | None:
-        """Return the numbers per vertex that an equation reads, with rows as in `Equation.channels`.
+        """Return the numbers per vertex that an equation reads, shape (k, n), with rows as in `Equation.channels`.
 
         Return None if the equation reads none.
-
         Tangents are unit vectors in the world. They are transformed like differences of points.
 
         Raises
@@ -233,6 +233,6 @@ class Vertices:
         return np.full(6, np.nan) if found is None else np.column_stack(found).ravel()
 
     def extent(self, matrix: Float64Array | None) -> MeshBounds:
-        """Return bounds on the positions and normals after a model matrix; they are computed at their first use."""
+        """Return bounds on the vertices' positions and normals in the world. They are computed when first used."""
         known = None if self._normals is None else lambda: self.normals
         return MeshBounds(self.points, known, matrix)

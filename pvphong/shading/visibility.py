@@ -30,10 +30,10 @@ class VisibilityLike(Protocol):
         return ""
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return visible parts in [0, 1], shape (lights + 1, n): a row for each of the scene's lights, then the sky.
+        """Return visible fractions in [0, 1], shape (lights + 1, n): a row for each light, and a last row for the sky.
 
-        Only the rows of `lights`, and that of the sky if `sky`, must be right; others may hold any finite numbers. With
-        `behind`, as many rows follow for the other side of each vertex.
+        Only the rows of the light indices in `lights`, and with `sky` the last row, must be correct; other rows may
+        hold any finite numbers. With `behind`, the same number of rows follows for the back side of each vertex.
         """
 
     def refuse_other(
@@ -41,20 +41,20 @@ class VisibilityLike(Protocol):
     ) -> None:
         """Raise ValueError if this visibility was computed for other points, lights or another light model.
 
-        The arguments are in world coordinates. `labels` are the lights' names in messages.
+        The arguments are in world coordinates; `model` is the light model. `labels` are the lights' names in messages.
         """
 
 
 class Around(NamedTuple):
-    """Bounds on the visibility around n places, known before rays are cast from them to an area light or the sky.
+    """Bounds on the visible part of one light, or of the sky, at n places on a surface, known before rays are cast.
 
-    A place is a position on the surface. The visible parts around a place are those at the corners of its triangle.
+    They are the visible parts at the corners of each place's triangle.
     """
 
     least: FloatArray
-    """Least visible part around each place, shape (n,)."""
+    """Least visible part at the corners, shape (n,)."""
     most: FloatArray
-    """Largest visible part around each place, shape (n,)."""
+    """Largest visible part at the corners, shape (n,)."""
     goal: Goal | None = None
     """Comparison that may end the rays from a place early. If None, only the tolerance of the rays ends them."""
 
@@ -64,9 +64,10 @@ class Around(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Comparison of the exact colours at places with given colours, as a function of one light's visible part.
+    """Comparison of the exact colours at places with given colours, for one light.
 
-    No more rays are cast to the light from a place once the difference is known to be allowed.
+    The difference is a function of the light's visible part. When the difference is known to be allowed, no more rays
+    are cast from the place to the light.
     """
 
     if_hidden: Float64Array
@@ -86,10 +87,10 @@ class Goal(NamedTuple):
         return Goal(self.if_hidden.reshape(-1, 3), self.contribution.reshape(-1, 3), self.allowed.ravel())
 
     def is_reached(self, part: Float64Array, error: Float64Array) -> BoolArray:
-        """Return, shape (n,), True for places at which the difference of colours is surely allowed.
+        """Return True for places at which the difference of colours is surely allowed, shape (n,).
 
-        It must be allowed even if the visible part, `part`, is wrong by two standard errors, `error`. Both have the
-        shape (n,).
+        `part` is the visible part of the light, and `error` its standard error, shape (n,) each. The difference must be
+        allowed even if the part is wrong by two standard errors.
         """
         difference = np.abs(self.if_hidden + part[:, None] * self.contribution)
         uncertainty = 2.0 * error[:, None] * np.abs(self.contribution)
@@ -98,27 +99,27 @@ class Goal(NamedTuple):
 
 
 class VisibilityAt(VisibilityLike):
-    """Visibility from some of the vertices of another one.
+    """Visibility from some of the vertices for which a visibility is known.
 
     Parameters
     ----------
     whole : VisibilityLike
         Visibility from all vertices.
     rows : ndarray
-        Numbers of the vertices.
+        Indices of the vertices to keep.
     """
 
     def __init__(self, whole: VisibilityLike, rows: IntArray) -> None:
         self._whole, self._rows = whole, rows
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return the visible parts from these vertices."""
+        """Return the visible fractions from these vertices; arguments and shape as for `VisibilityLike.channels`."""
         return self._whole.channels(lights, sky=sky, behind=behind)[:, self._rows]
 
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError as the visibility from all vertices."""
+        """Raise ValueError as the visibility from all vertices does; arguments as for `VisibilityLike.refuse_other`."""
         self._whole.refuse_other(points, lights, labels, model)
 
 
@@ -130,20 +131,23 @@ class TransportLike(Protocol):
         """True if vertices of other meshes send light too."""
 
     def most(self) -> float:
-        """Return the largest part of any vertex's hemisphere, weighted by the cosine, that lit surfaces fill."""
+        """Return the largest fraction of any vertex's hemisphere that lit surfaces fill, weighted by the cosine."""
 
     def why_nothing(self) -> str:
         """Return the reason why no vertex sees lit surfaces; "" if a vertex may see one."""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """Return the cosine-weighted mean (n, k) of the colours that each vertex sees, if vertices send `colors`."""
+        """Return the mean colour that each vertex sees, weighted by the cosine, shape (n, k).
+
+        `colors` are the colours that the vertices send.
+        """
 
 
 class GivenVisibility(VisibilityLike):
     """Visibility that a user passes as an array.
 
-    The array does not say for which positions it was computed, so these are not checked. Plans get no reasons for
-    omitting shadows from it.
+    The array does not say for which positions it was computed, so the positions are not checked. Plans get no reasons
+    for omitting shadows from it.
 
     Parameters
     ----------
@@ -151,8 +155,8 @@ class GivenVisibility(VisibilityLike):
         The argument's name.
     given : array_like
         Shape (lights + 1, n): visible part of each light per vertex, and of the sky in the last row; clipped to [0, 1],
-        and NaN counts as 0. As many rows may follow for the other sides of the vertices; without them, both sides see
-        the same.
+        and NaN counts as 0. The same number of rows may follow for the vertices' back sides; without them, both sides
+        see the same.
     """
 
     def __init__(self, name: str, given: Any) -> None:
@@ -163,9 +167,9 @@ class GivenVisibility(VisibilityLike):
         self._sides = 1
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:  # noqa: ARG002
-        """Return the given rows of all lights and of the sky, even those that are not requested.
+        """Return the given rows of all lights and of the sky, including rows that are not requested.
 
-        With `behind`, as many rows for the other sides follow.
+        With `behind`, the same number of rows follows for the vertices' back sides.
         """
         if self._sides == 2:
             return self._parts if behind else self._parts[: len(self._parts) // 2]
@@ -178,13 +182,16 @@ class GivenVisibility(VisibilityLike):
         labels: Sequence[str],  # noqa: ARG002 the protocol's
         model: LightModel,  # noqa: ARG002 the protocol's
     ) -> None:
-        """Raise ValueError unless the numbers of vertices and lights match."""
+        """Raise ValueError if the number of vertices or lights is another than in the given array.
+
+        `labels` and `model` are not used.
+        """
         rows = len(lights) + 1
         self._sides = 1 + (self._parts.shape == (2 * rows, len(points)))
         if self._parts.shape != (self._sides * rows, len(points)):
             remedy = (
                 "Give a row for each light, on or off, then a row for the sky, and a column for each vertex. For a "
-                "two-sided light model, as many rows may follow for the other sides."
+                "two-sided light model, the same number of rows may follow for the back sides."
             )
             allowed = f"{_GIVEN}, or an array of shape {(len(lights) + 1, len(points))}"
             check.refuse(self._name, f"an array of shape {self._parts.shape}", allowed, remedy)
@@ -211,7 +218,7 @@ def checked_visibility(
     Raises
     ------
     ValueError
-        If `given` is something else, or was computed for other points or lights.
+        If `given` is neither a `Visibility` nor such an array, or was computed for other points or lights.
     """
     if not hasattr(given, "refuse_other"):
         given = GivenVisibility(name, given)
@@ -221,13 +228,14 @@ def checked_visibility(
 
 
 def checked_part(name: str, given: Any, count: int) -> TransportLike:
-    """Check the transport that a user passes for one mesh of `count` vertices, and return the part for this mesh.
+    """Check the transport that a user passes for one mesh of `count` vertices, and return it.
+
+    `name` is the argument's name for messages.
 
     Raises
     ------
     ValueError
-        If `given` is not a `Transport`, or if it is one for several meshes or for another number of vertices. The
-        message calls the argument `name`.
+        If `given` is not a `Transport`, or is a transport for several meshes or for another number of vertices.
     """
     allowed = "the result of mesh.phong.transport()"
     parts = getattr(given, "parts", None)
@@ -255,7 +263,7 @@ def known_transport(vertices: Any) -> TransportLike:
 def refuse_rays(scene: Scene, where: str) -> None:
     """Raise ValueError for a scene with shadows, ambient occlusion or bounces.
 
-    `where` says for which use they are not allowed. It begins with "for", and becomes part of the message.
+    `where` is a phrase for the message that names the use, such as "for the textbook formula".
     """
     if scene.light_model.is_global:
         remedy = "scene.light_model.without_rays() removes them; mesh.phong.shade supports them."

@@ -73,9 +73,9 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 @contextmanager
 def watched(watcher: Watcher) -> Iterator[None]:
-    """Within the block, let `refine` call the function `watcher` after the cuts of each light and each round of splits.
+    """Return a context in which `refine` calls `watcher` after the cuts of each light and after each round of splits.
 
-    `refine` passes to `watcher` a function that returns the mesh as refined so far, with its colours.
+    The argument of `watcher` is a function that returns the mesh as refined so far, with its colours.
     """
     token = _watcher.set(watcher)
     try:
@@ -293,8 +293,9 @@ def interpolation_error(
     occluders: Any = (),
     transport: Transport | BouncedLight | None = None,
 ) -> pv.PolyData:
-    """Return a new mesh that stores, for each triangle, the largest difference between interpolated colours and
-    per-pixel shading.
+    """Return a new mesh with the largest error of interpolated colours in each triangle.
+
+    The error is the difference from per-pixel shading.
 
     Parameters
     ----------
@@ -405,13 +406,13 @@ def _bounced_light(vertices: Vertices, scene: Scene, material: Material, matrix:
 def _far_ranges_allowed() -> np.errstate:
     """Return a context in which NumPy does not warn of overflow, underflow and NaN.
 
-    Where large coordinates overflow, only samples of the error are lost.
+    If large coordinates overflow, only some samples of the error are lost.
     """
     return np.errstate(over="ignore", under="ignore", invalid="ignore")
 
 
 def _others_there(places: IntArray) -> IntArray:
-    """Return for each point the next point at the same position, or -1 if there is no other; shape (n,).
+    """Return the next point at the same position for each point, shape (n,); -1 if there is no other.
 
     The points at one position form a ring. Points with equal numbers in `places` are at the same position.
     """
@@ -434,8 +435,8 @@ def _split_mesh(lit: _LitTriangles, refinement: Refinement, name: str) -> pv.Pol
     refinement : Refinement
         The refined triangles and their vertices.
     name : str
-        Name of the lit colours. If the original mesh has no active normals, the array of normals gets a name that is
-        neither `name` nor the name of another array.
+        Name of the lit colours. If the original mesh has no active normals, the normals are stored as an array whose
+        name differs from `name` and from the names of other arrays.
     """
     source, surface = lit.mesh, refinement.surface
     triangles, vertices = surface.triangles, surface.vertices

@@ -19,7 +19,7 @@ class Job(Generic[Result]):
     name : str
         Name of the thread.
     work : callable
-        Function without arguments that returns the result. While it runs, nothing else may edit the data that it uses.
+        Function without arguments that returns the result. The data that it uses must not be edited while it runs.
     """
 
     def __init__(self, name: str, work: Callable[[], Result]) -> None:
@@ -68,6 +68,6 @@ class Job(Generic[Result]):
         self._unpaused.set()
 
     def stop(self) -> None:
-        """Cancel the task, also if it is paused. It ends soon, without a result."""
+        """Cancel the task, even if it is paused. The thread soon ends without a result."""
         self._stop.set()
         self._unpaused.set()

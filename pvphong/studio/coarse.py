@@ -1,8 +1,8 @@
 """Coarse pictures of large meshes, drawn while something moves.
 
 Without a graphics card, drawing a mesh takes a time proportional to its triangles, far longer than lighting it: 150 ms
-for a million triangles on two cores. So vertices of one small cube become one, and the mesh is drawn with a fraction of
-its triangles until nothing has changed for a moment. Colours are those of the remaining vertices.
+for a million triangles on two cores. So all vertices in a small cube are merged to one vertex. The mesh is drawn with
+this fraction of its triangles until nothing has changed for a moment. Colours are those of the remaining vertices.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ class Clustered(NamedTuple):
     """A mesh with fewer vertices."""
 
     rows: IntArray
-    """Number of each vertex in the whole mesh."""
+    """Index of each remaining vertex in the whole mesh."""
     triangles: IntArray
-    """Corners, shape (m, 3)."""
+    """Vertices of each triangle, shape (m, 3)."""
 
 
 def clustered(points: Float64Array, normals: FloatArray, triangles: IntArray, cubes: float) -> Clustered:
-    """Merge the vertices in each small cube whose normals have the same signs.
+    """Merge vertices that are in the same small cube and whose normals have the same signs.
 
-    The signs keep both sides of a thin plate apart. Triangles with fewer than three different corners vanish. This is
-    the uniform grid of J. Rossignac and P. Borrel, "Multi-resolution 3D approximations" (1993).
+    The comparison of signs keeps the two sides of a thin plate apart. Triangles with fewer than three different corners
+    are removed. This is the uniform grid of J. Rossignac and P. Borrel, "Multi-resolution 3D approximations" (1993).
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3); points that are not finite are taken for the lower corner of the box.
+        Shape (n, 3). Points that are not finite count as the lower corner of the points' bounding box.
     triangles : ndarray
         Corners, shape (m, 3).
     cubes : float
-        Number of cubes along the diagonal of the box.
+        Number of cubes along the diagonal of the bounding box.
     """
     finite = np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
     low, high = np.nanmin(finite, axis=0), np.nanmax(finite, axis=0)
@@ -71,9 +71,10 @@ class _Picture(NamedTuple):
 
 
 class CoarsePictures:
-    """The coarse pictures of a renderer's lit meshes, each made in the background when it is first wanted.
+    """Coarse pictures of a renderer's lit meshes. Each is made in the background when it is first needed.
 
-    Meshes with few triangles, with refined pictures, with edges or with an opacity for each vertex are drawn as always.
+    Meshes with few triangles, with refined pictures, with edges or with an opacity for each vertex have no coarse
+    picture.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ class CoarsePictures:
         self._tag = renderer.AddObserver("StartEvent", before_frame, _AFTER_MIX)
 
     def update(self) -> None:
-        """Show the coarse pictures if they are wanted and made, otherwise the meshes themselves."""
+        """Show the coarse pictures that are made, if `are_wanted` is set. Show all other meshes themselves."""
         refined = self._lit.refining
         for mesh in self._lit.shown:
             picture = self._picture(mesh) if self._is_large(mesh) and mesh not in refined else None
@@ -118,7 +119,7 @@ class CoarsePictures:
         return is_plain and drawn.n_cells >= _MANY and not drawn.n_verts + drawn.n_lines
 
     def _picture(self, mesh: LitMesh) -> _Picture | None:
-        """Return the mesh's coarse picture if it is made, otherwise begin to make it."""
+        """Return the mesh's coarse picture. If it is not made yet, start to make it and return None."""
         stamp, (known, picture) = mesh.geometry()[0], self._made.get(mesh, (None, None))
         if known == stamp:
             return picture

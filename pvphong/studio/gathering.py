@@ -36,20 +36,21 @@ class _Gathered(NamedTuple):
     """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
-    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays."""
+    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays; also
+    the viewer, if a light moves with it or a diffuse reflection depends on it."""
     geometry: Any
-    """The meshes, and their `LitMesh.geometry` when the light was computed."""
+    """Each mesh with its `LitMesh.geometry`, as they were when the light was computed."""
     bounces: int
     among: Transport
     brightness: Float64Array
     """Shape (3,): the sum of the lights' colours."""
     light: dict[LitMesh, FloatArray]
-    """Shape (1, n, 3) for each mesh; meshes without bounced light are missing."""
+    """Bounced light of each mesh, shape (1, n, 3). A mesh without bounced light has no entry."""
 
     def at_brightness(self, brightness: Float64Array) -> dict[LitMesh, FloatArray]:
-        """Return the light of each mesh as it would be if `brightness` were the sum of the lights' colours.
+        """Return the bounced light, scaled to lights whose colours have the sum `brightness`.
 
-        Each channel is scaled by `brightness` over the sum for which the light was computed.
+        Each channel is multiplied by `brightness` over the sum for which the light was computed.
         """
         was = np.maximum(self.brightness, FAINTEST)
         factor = np.where(self.brightness > 0.0, brightness / was, 1.0).astype(np.float32)
@@ -57,7 +58,10 @@ class _Gathered(NamedTuple):
 
 
 class Gathering:
-    """Bounced light between the lit meshes of one renderer, computed at once or by a background job."""
+    """Bounced light between the lit meshes of one renderer.
+
+    It is computed at once, or in a background job if it takes long.
+    """
 
     def __init__(self) -> None:
         self.note = ""
@@ -77,14 +81,14 @@ class Gathering:
 
     @property
     def bounces(self) -> int:
-        """Number of bounces of the light that is drawn until the background job ends; 0 if none is drawn."""
+        """Number of bounces in the light that is drawn while the background job runs; 0 if none is drawn."""
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
     def light(
         self, meshes: Sequence[LitMesh], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
     ) -> dict[LitMesh, FloatArray] | None:
-        """Return the bounced light of each mesh, shape (1, n, 3); None if no bounced light is known yet.
+        """Return the bounced light of each mesh, shape (1, n, 3); None while no bounced light is known.
 
         During a drag, the light of meshes with many vertices is not recomputed, only scaled to the lights' colours.
 
@@ -97,22 +101,24 @@ class Gathering:
         scene : Scene
             A scene whose light model has bounces.
         samples : int or None
-            Number of rays from each vertex to an area light; None for the default.
+            Number of rays from each vertex to an area light; None for as many as accuracy needs.
         held : bool
             True during a drag.
         waits : bool
             True to block until the light is known.
         """
         exchanging, versions = dict[LitMesh, tuple[Plan, Vertices]](), dict[LitMesh, Any]()
+        follows = any(light.frame != "world" for light in scene.lights)
         for mesh in meshes:
             with suppress(ValueError):  # a mesh that cannot be lit sends nothing; `refresh` reports it
                 exchanging[mesh] = planned(mesh)
                 versions[mesh] = mesh.version
+                follows |= exchanging[mesh][0].equation.diffuse_needs_viewer
         self.note = ""
         if not exchanging:
             self.stop()
             return {}
-        state = scene.lights, scene.light_model, versions, samples
+        state = scene.lights, scene.light_model, versions, samples, scene.viewer if follows else None
         geometry, brightness = [(mesh, mesh.geometry()) for mesh in versions], _brightness(scene)
         self._take(geometry, waits)
         last = self._last if self._last is not None and self._last.geometry == geometry else None
@@ -143,9 +149,9 @@ class Gathering:
         return None if last is None else last.at_brightness(brightness)
 
     def _take(self, geometry: Any, waits: bool) -> None:
-        """Take over the result of the background job, if the job has ended. With `waits`, wait for its end.
+        """Take the result of the background job if it has ended. With `waits`, block until it ends.
 
-        If the meshes have moved since it began, cancel the job; `geometry` is their present geometry.
+        `geometry` has the meshes' present geometry. If the job began with another geometry, the job is cancelled.
         """
         if self._job is None or self._awaited is None:
             return

@@ -1,4 +1,4 @@
-"""Histogram of the displayed luminance: of the pixels that show something, without background and gizmos."""
+"""Histogram of the displayed luminance. It counts the pixels with a drawn object, not the background and the gizmos."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Histogram:
         Edges of the bins, shape (bins + 1,), from 0 to 1. The luminance of a displayed colour with the channels R, G
         and B from 0 to 1 is 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709).
     clipped_low, clipped_high : float
-        Share of the pixels, from 0 to 1, that are black, and share with a channel at its maximum.
+        Fraction of the pixels, from 0 to 1, that are black, and fraction with a channel at its maximum.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Histogram:
 
 
 def histogram_of(colors: ByteArray, bins: int = BINS) -> Histogram:
-    """Return the histogram of displayed colours, uint8, shape (n, 3)."""
+    """Return the histogram, with `bins` bins, of displayed colours, uint8, shape (n, 3)."""
     luminance = colors @ (XYZ_OF_RGB[1] / 255.0).astype(np.float32)
     counts, edges = np.histogram(luminance.clip(0.0, 1.0), bins, (0.0, 1.0))
     count = max(len(colors), 1)
@@ -66,7 +66,7 @@ def histogram_of(colors: ByteArray, bins: int = BINS) -> Histogram:
 
 
 def drawn_colors(renderer: Any) -> ByteArray:
-    """Return the colours of the pixels that the last frame of a renderer has drawn on, shape (n, 3)."""
+    """Return the colours of the pixels on which the renderer's last frame has drawn an object, uint8, shape (n, 3)."""
     window, (x, y), (width, height) = renderer.GetRenderWindow(), renderer.GetOrigin(), renderer.GetSize()
     if width < 1 or height < 1:
         return np.zeros((0, 3), np.uint8)
@@ -82,16 +82,16 @@ def drawn_colors(renderer: Any) -> ByteArray:
 
 
 def displayed(renderer: Any, lit: LitActors, interaction: Interaction | None) -> ByteArray:
-    """Draw a frame without gizmos and overlay, and return the colours of the pixels that show something, shape (n, 3).
+    """Draw a frame without gizmos and overlay, and return the colours of the pixels that show an object, shape (n, 3).
 
     Parameters
     ----------
     renderer
         VTK's renderer.
     lit : LitActors
-        Its lit meshes.
+        The renderer's lit meshes.
     interaction : Interaction, optional
-        Its gizmos.
+        The renderer's gizmos.
     """
     display = lit.display
     with nullcontext() if interaction is None else interaction.out_of_sight():

@@ -66,10 +66,10 @@ REFUSED = {
 
 
 class Look(NamedTuple):
-    """What the keywords of `add_mesh` define: material, opacity, scalar bar, and options that PyVista gets."""
+    """The result of reading the keywords of `add_mesh`: material, opacity, scalar bar, and options for PyVista."""
 
     materials: Material | Mapping[str, Material]
-    """A material, or path of a block → its material."""
+    """One material, or a mapping from path of a block to material."""
     feature_angle: FeatureAngle
     opacity: Any
     """An array of one opacity for each vertex or cell, or the name of such an array. None if the whole mesh has a
@@ -105,7 +105,10 @@ def _known() -> tuple[str, ...]:
 
 
 def refuse_unknown(options: Mapping[str, Any]) -> None:
-    """Raise ``TypeError`` for a keyword that PyVista's `add_mesh` does not have; the message suggests a close match."""
+    """Raise ``TypeError`` if one of `options` is no keyword of PyVista's `add_mesh`.
+
+    The message suggests a close match.
+    """
     for name in options:
         if name in Material.__dataclass_fields__ and name not in _known():
             raise TypeError(f"add_mesh has no keyword {name!r}. Pass material=Material({name}=...).")
@@ -118,7 +121,7 @@ _STYLES = "surface", "wireframe", "points", "points_gaussian"
 
 
 def _refuse_misspelt(options: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for names of colours, styles or textures that PyVista does not know.
+    """Raise ``ValueError`` if `options` have a name of a colour, style or texture that PyVista does not know.
 
     PyVista's own message would have many lines.
     """
@@ -196,7 +199,9 @@ def _materials(given: Any) -> Material | Mapping[str, Material]:
 
 
 def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureAngle:
-    """Return the angle above which edges are sharp, and remove PyVista's keywords for it from `options`.
+    """Return the angle above which edges are sharp: a number, "auto", or None.
+
+    PyVista's keywords for the angle are removed from `options`.
 
     Parameters
     ----------
@@ -217,9 +222,9 @@ def _angle(given: FeatureAngle, options: dict[str, Any], theme: Any) -> FeatureA
 
 
 def _opacity(options: dict[str, Any]) -> Any:
-    """Remove opacities for each vertex or cell from the options of `add_mesh`, and return them.
+    """Remove opacities of vertices or cells from the options of `add_mesh`, and return them.
 
-    If the opacity is a single number or missing, it stays as it is and the result is None.
+    If `opacity` is a single number or missing, it stays in the options and the result is None.
     """
     opacity, is_reversed = options.get("opacity"), options.pop("use_transparency", False)
     if isinstance(opacity, Real | np.number):
@@ -305,7 +310,10 @@ def _has(mesh: pv.DataSet, name: str) -> bool:
 
 
 def _active(mesh: Any) -> str | None:
-    """Return the name of a mesh's active scalars. For a MultiBlock, return the name in all blocks, or None."""
+    """Return the name of a mesh's active scalars; None if there are none.
+
+    For a MultiBlock, return the name if it is the same in all blocks.
+    """
     if not isinstance(mesh, pv.MultiBlock):
         return mesh.active_scalars_name
     names = {each.active_scalars_name for each in leaves(mesh)}
@@ -313,7 +321,7 @@ def _active(mesh: Any) -> str | None:
 
 
 def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -> Mapping[str, Material]:
-    """Return path of a block → its material, with a colour from PyVista's `multi_colors` for each block.
+    """Return the material of each block, as path → material, with PyVista's `multi_colors`.
 
     Parameters
     ----------
@@ -338,7 +346,7 @@ def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -
 
 
 def _nodes(block: Any) -> Iterator[Any]:
-    """Yield a block, and if it is a MultiBlock, all blocks in it, depth first."""
+    """Yield a block and, if it is a MultiBlock, all blocks inside, depth first."""
     yield block
     if isinstance(block, pv.MultiBlock):
         for each in block:
@@ -346,7 +354,7 @@ def _nodes(block: Any) -> Iterator[Any]:
 
 
 def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array | None]:
-    """Return the colours and the opacities in an array that is used with `rgb=True`.
+    """Return the colours and opacities that an array gives with `rgb=True`.
 
     Parameters
     ----------
@@ -355,7 +363,7 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
     scalars : str or array_like
         The array, with 3 or 4 columns, or its name.
     preference : {"point", "cell"}
-        Kind of array, if point and cell data both have an array of the name.
+        Where to look first, if both point and cell data have an array with this name.
 
     Returns
     -------
@@ -381,9 +389,9 @@ def _colors(mesh: Any, scalars: Any, preference: str) -> tuple[Any, Float64Array
 
 
 def _named(mesh: Any, name: str, preference: str) -> Any:
-    """Return the point or cell array of a mesh with this name; None for a MultiBlock.
+    """Return the mesh's point or cell array `name`; None for a MultiBlock.
 
-    `preference`, "point" or "cell", decides if both exist. A name that does not exist raises ValueError.
+    If both exist, `preference`, "point" or "cell", decides. A name that does not exist raises ValueError.
     """
     if isinstance(mesh, pv.MultiBlock):
         return None
@@ -399,10 +407,11 @@ def _named(mesh: Any, name: str, preference: str) -> Any:
 def _by_transfer(
     options: dict[str, Any], mesh: Any, numbers: Any, table: pv.LookupTable, nan_opacity: float | None
 ) -> tuple[Any, pv.LookupTable]:
-    """Find the opacities of a mesh whose scalars are drawn through a colormap.
+    """Return the opacities of a mesh whose scalars are drawn through a colormap.
 
-    An opacity that is an array, or the name of an array, is returned as it is. Otherwise opacities are looked up from
-    the scalars, by a transfer function or `nan_opacity`. The keywords that were used are removed from `options`.
+    An opacity that is an array, or the name of an array, is returned as it is. Otherwise each scalar is mapped to an
+    opacity by PyVista's transfer function, and NaN to `nan_opacity`. The keywords that are used are removed from
+    `options`.
 
     Parameters
     ----------
@@ -451,7 +460,10 @@ def _by_transfer(
 
 
 def is_bare(mesh: Any) -> bool:
-    """Return True if VTK draws a mesh unlit: it has no faces, and it has lines or its points have no normals."""
+    """Return True if VTK draws a mesh unlit.
+
+    Such a mesh has no faces. In addition, it has lines, or its points have no normals.
+    """
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
     if isinstance(mesh, pv.PolyData) and has_faces(mesh):
@@ -460,8 +472,9 @@ def is_bare(mesh: Any) -> bool:
 
 
 def as_mesh(given: Any, *, copies: bool) -> Any:
-    """Convert what PyVista's `add_mesh` accepts to a mesh: a dataset, blocks, a VTK object, points, or a path.
+    """Convert `given`, any value that PyVista's `add_mesh` accepts, to a mesh.
 
+    It can be a dataset, blocks, a VTK object, points, or a path.
     With `copies`, the result is a shallow copy.
     """
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given

@@ -32,9 +32,9 @@ from pvphong.studio.softening import Softening
 
 
 class LightingWarning(UserWarning):
-    """Warning that a mesh in a window cannot be lit, and is not drawn until the problem is fixed.
+    """Warning that a mesh in a window cannot be lit. The mesh is not drawn until the problem is fixed.
 
-    Also given if bounced light or a refined picture cannot be computed.
+    The warning is also given if bounced light or a refined picture cannot be computed.
     """
 
 
@@ -45,7 +45,7 @@ _ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Raise `error`. This function takes the place of one that updates a mesh, if `error` prevents all lighting."""
+    """Raise `error`. This function replaces the one that updates a mesh if an error prevents all lighting."""
     raise error
 
 
@@ -106,7 +106,7 @@ class LitActors:
 
     @property
     def meshes(self) -> tuple[LitMesh, ...]:
-        """The lit meshes whose actors are still in the renderer; the others are forgotten."""
+        """The lit meshes whose actors are still in the renderer. Meshes whose actors were removed are forgotten."""
         self._meshes = [mesh for mesh in self._meshes if self._renderer.HasViewProp(mesh.actor)]
         for mesh in [mesh for mesh in self._refining if mesh not in self._meshes]:
             self._refining.pop(mesh).forget()
@@ -123,7 +123,7 @@ class LitActors:
         return self._scene()
 
     def vertices(self) -> list[tuple[LitMesh, Vertices]]:
-        """Return the visible meshes with their vertices, which know the shadows of the current lights.
+        """Return each visible mesh with its vertices. The vertices include the visibility of the current lights.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class LitActors:
 
     @property
     def stage(self) -> LitMesh | None:
-        """The stage under the meshes, if there is one."""
+        """The stage (ground, backdrop or plinth) under the meshes; None if there is no stage."""
         return next((mesh for mesh in self.meshes if mesh.stage is not None), None)
 
     @property
@@ -147,7 +147,7 @@ class LitActors:
 
     @contextmanager
     def without_bounds_of_stage(self) -> Iterator[None]:
-        """Return a context in which the stage does not count for the extent of the drawn objects."""
+        """Return a context in which the stage does not count towards the bounds of the drawn objects."""
         actor = None if self.stage is None else self.stage.actor
         if actor is not None:
             actor.UseBoundsOff()
@@ -158,15 +158,15 @@ class LitActors:
                 actor.UseBoundsOn()
 
     def others(self, mesh: LitMesh) -> list[tuple[pv.PolyData, Float64Array | None]]:
-        """Return the other visible meshes that cast shadows on a mesh, as the argument `occluders` of `shade`.
+        """Return the other visible meshes that cast shadows on `mesh`, each with its model matrix.
 
-        Each is a pair of a mesh and its model matrix.
+        The result can be passed to `shade` as `occluders`.
         """
         return [(each.drawn, each.matrix) for each in self.shown if each is not mesh and each.casts_shadows]
 
     @property
     def refining(self) -> dict[LitMesh, Refining]:
-        """Visible mesh → its refined picture, for the meshes that are refined."""
+        """Refined picture of each visible mesh that is refined."""
         return {mesh: self._refining[mesh] for mesh in self.shown if mesh in self._refining}
 
     @property
@@ -185,21 +185,22 @@ class LitActors:
             self._refining[mesh] = Refining(mesh, refine)
 
     def name_of(self, mesh: LitMesh) -> str:
-        """Return the name that was given to the actor of a mesh; "" if none was."""
+        """Return the name with which the mesh's actor was added; "" if it was added without a name."""
         names = [name for name, actor in self._renderer.actors.items() if actor is mesh.actor]
         return names[0] if names and "(Addr=" not in names[0] else ""
 
     def light(self, mesh: LitMesh) -> None:
-        """Light a mesh that is not drawn yet, with shadows and bounced light of the visible meshes.
+        """Light a mesh that is not drawn yet. The visible meshes cast shadows and bounce light on it.
 
-        Raise ``ValueError`` if it cannot be lit.
+        Raise ``ValueError`` if the mesh cannot be lit.
         """
         self._refreshing([*self.shown, mesh])(mesh)
 
     def refresh(self, *, waits: bool = False) -> bool:
         """Update all visible meshes.
 
-        A mesh that cannot be lit is not drawn until it can be, because its last colours would be wrong.
+        A mesh that cannot be lit is hidden, because its last colours would be wrong. It is drawn again as soon as it
+        can be lit.
 
         Parameters
         ----------
@@ -256,7 +257,7 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes except those in `unlit`, and return True if a picture is new.
+        """Show the refined pictures of all meshes except the meshes in `unlit`. Return True if a picture is new.
 
         With `waits`, block until the pictures are made.
         """
@@ -276,7 +277,7 @@ class LitActors:
         return is_new
 
     def _ask_again(self) -> None:
-        """While background results are awaited, let a timer ask for them; otherwise stop the timer."""
+        """Start a timer that polls for background results while some are awaited; otherwise stop the timer."""
         window = self._renderer.GetRenderWindow()
         interactor = None if window is None else window.GetInteractor()
         if not self.is_awaiting or self.is_in_a_page:
@@ -299,9 +300,9 @@ class LitActors:
             self._timer = None
 
     def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
-        """Return a function that updates the colours of one of the `meshes`, with the shadows of the others.
+        """Return a function that updates the colours of one of the `meshes`, with shadows from all of them.
 
-        Bounced light is computed here, for all of them. With `waits`, block until it is known.
+        Bounced light between the meshes is computed before the return. With `waits`, block until it is known.
         """
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
@@ -335,15 +336,15 @@ class LitActors:
 
     @property
     def _is_on_screen(self) -> bool:
-        """True if the window is on the screen, where a later frame can show the final light.
+        """True if the window is on the screen. A later frame can then show the final light.
 
-        Off the screen, there may be only one frame, and this frame must show the final light.
+        Offscreen, the first frame may be the only one, so it must show the final light.
         """
         window = self._renderer.GetRenderWindow()
         return window is not None and not window.GetOffScreenRendering()
 
     def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
-        """Return the meshes that block light of a mesh; None in a scene without shadows and occlusion."""
+        """Return the meshes that can cast shadows on `mesh`, itself included; None without shadows and occlusion."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
@@ -368,7 +369,7 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """Material of each visible mesh, as shared material → its current value; used by `revert`."""
+        """Current material of each visible mesh, as shared material → material; used by `revert`."""
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
@@ -380,7 +381,7 @@ class LitActors:
     # -- refined pictures and release
 
     def refine(self, tolerance: float | None) -> None:
-        """Show all meshes refined within a tolerance; if it is None, with their own vertices."""
+        """Show all meshes refined within a tolerance. If the tolerance is None, show them with their own vertices."""
         self.show_own_vertices()
         self._refining = {} if tolerance is None else {mesh: Refining(mesh, tolerance) for mesh in self.meshes}
 

@@ -43,7 +43,7 @@ class SharedMaterial:
     Parameters
     ----------
     material : Material
-        Can be set at any time.
+        The current material. It can be set at any time.
     """
 
     material: Material
@@ -62,13 +62,13 @@ class LitMesh:
     Parameters
     ----------
     mesh : pyvista.DataSet
-        The user's mesh. It is not modified. The next frame shows edits to it.
+        The user's mesh. It is not modified. If the user edits it, the next frame shows the change.
     material : Material or SharedMaterial
         A material, or a material shared with other meshes. If textures, or arrays that the material names, are edited
         or replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the
         array belongs to a mesh.
     feature_angle : float, "auto" or None, default None
-        Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. Can be set at any
+        Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. It can be set at any
         time.
     opacity : array_like or str, optional
         An opacity for each of the mesh's points or cells, or the name of such an array. The next frame shows edits of
@@ -121,20 +121,20 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A value that changes if geometry, material or arrays change; cheap to compare."""
+        """A value that changes whenever geometry, material or arrays change; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
         return self.material, self.geometry(), maps, opacity
 
     @property
     def state(self) -> Any:
-        """A value that identifies the inputs of the current colours; cheap to compare."""
+        """A value that changes whenever an input of the current colours changes; cheap to compare."""
         return self._lit_for, self._eye if self._plan is not None and self._plan.view_dependent else None
 
     def planned(
         self, scene: Scene, occluders: KnownOccluders | None = None, samples: int | None = None
     ) -> tuple[Plan, Vertices]:
-        """Return the plan that lights the mesh in a scene, and the vertices for it.
+        """Return the plan that lights the mesh in a scene, and the mesh's vertices as the plan's input.
 
         Parameters and errors are those of `refresh`.
         """
@@ -145,21 +145,31 @@ class LitMesh:
         return self._planned(scene, visibility)
 
     def final_visibility(self, scene: Scene, occluders: KnownOccluders | None) -> tuple[Plan, Visibility]:
-        """Return the plan, and the visibility that it reads, with as many rays as accuracy needs; none is cast yet."""
+        """Return the plan, and the visibility that the plan reads.
+
+        The visibility has as many rays as accuracy needs, but no ray is cast yet. `occluders` are the meshes that cast
+        shadows.
+        """
         visibility = self._seen(scene, occluders, None)
         return self._planned(scene, visibility)[0], visibility
 
     def know(self, visibility: Visibility, occluders: KnownOccluders | None, scene: Scene) -> None:
-        """Set the visibility whose results are used as long as meshes and lights stay where they are."""
+        """Store a visibility, so that its rays are not cast again while meshes and lights stay where they are.
+
+        `occluders` and `scene` are those for which it was computed.
+        """
         self._visibility = self._visible_in(occluders, scene), visibility
 
     def _visible_in(self, occluders: KnownOccluders | None, scene: Scene) -> Any:
-        """Return a stamp of everything on which visibility depends, apart from lights."""
+        """Return a value that changes with everything on which visibility depends, except the lights."""
         model = scene.light_model
         return self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
 
     def _seen(self, scene: Scene, occluders: KnownOccluders | None, samples: int | None) -> Visibility:
-        """Return the visibility in a scene, with the results that are known and good enough."""
+        """Return the visibility in a scene. Known results are reused if they have enough rays.
+
+        `samples` is the number of rays from each vertex to an area light; None for as many as accuracy needs.
+        """
         if self._visibility is not None and self._visibility[0] == self._visible_in(occluders, scene):
             known = self._visibility[1]
         else:
@@ -178,7 +188,7 @@ class LitMesh:
         return Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
 
     def shading_at(self, row: int) -> Shading | None:
-        """Return the components of the current colour of one drawn vertex; None before the first refresh."""
+        """Return each light's share of the current colour of the drawn vertex `row`; None before the first refresh."""
         if self._plan is None:
             return None
         rows, bounced = np.array([row]), self.bounced
@@ -188,7 +198,7 @@ class LitMesh:
 
     @property
     def sharp_angle(self) -> float | None:
-        """Angle in degrees above which edges are sharp, as last drawn; None if no edge is split."""
+        """Angle in degrees above which edges are sharp, as last drawn; None if all edges are smooth."""
         return sharp_angle(self._whole, self.feature_angle)
 
     def refresh(
@@ -218,15 +228,15 @@ class LitMesh:
             Bounced light, shape (1, n, 3). A change is detected by identity, so pass a new array instead of editing the
             last one.
         display : Display, optional
-            Transform that shows the colours. For a display other than the default, the light model does not clamp, so
-            that a lower exposure shows what was too bright. The mesh is not lit again if one such display replaces
-            another.
+            Transform that shows the colours. For a display other than the default, the light model does not clamp. So a
+            lower exposure shows details that were too bright. If one such display replaces another, the mesh is not lit
+            again.
 
         Raises
         ------
         ValueError
-            If an edit of the mesh or of an array has made the mesh impossible to light. Geometry that would crash VTK
-            is not drawn until it is corrected.
+            If the mesh cannot be lit after an edit of its geometry or arrays. Geometry that would crash VTK is not
+            drawn until it is corrected.
         """
         if display != _PLAIN:
             scene = replace(scene, light_model=replace(scene.light_model, clamp=False))
@@ -256,7 +266,7 @@ class LitMesh:
         return True
 
     def write_colors(self) -> bool:
-        """Write the linear colours, as the display shows them, to the array that VTK draws, and return True.
+        """Write the colours, after the display transform, to the array that VTK draws, and return True.
 
         With the default display, no linear colours are kept. Then nothing is written, and the result is False.
         """
@@ -282,17 +292,20 @@ class LitMesh:
 
     @property
     def shown_array(self) -> str:
-        """Name of the array of colours in the drawn mesh that VTK shows."""
+        """Name of the array in the drawn mesh whose colours VTK shows."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     @property
     def linear(self) -> FloatArray:
-        """Current linear colours of the drawn mesh, shape (n, 3); rounded to 8 bits if the display is the default."""
+        """Current linear colours of the drawn mesh, shape (n, 3).
+
+        With the default display, they are rounded to 8 bits.
+        """
         drawn = vtk_to_numpy(self._colors) / np.float32(255.0)
         return drawn if self._linear is None else self._linear.astype(np.float32)
 
     def as_shown(self) -> pv.PolyData:
-        """Return a copy of what the window shows of the mesh, with linear colours as float32.
+        """Return a copy of the mesh as the window shows it, with linear colours as float32.
 
         With the default display, this is a refined mesh if the window shows one. With any other display, it is the
         mesh's own surface.
@@ -311,7 +324,7 @@ class LitMesh:
         return copied
 
     def blank(self) -> None:
-        """Draw an empty mesh until the next successful refresh, because VTK crashes on an index out of range."""
+        """Draw an empty mesh until the next successful refresh. VTK would crash on a vertex index out of range."""
         self.drawn.Initialize()
         self._geometry = self._lit_for = None
 
@@ -352,7 +365,7 @@ class LitMesh:
         Raises
         ------
         ValueError
-            If an edit has made the mesh impossible to light.
+            If the mesh cannot be lit after an edit.
         """
         mesh, matrix = self.mesh, self.matrix
         place = None if matrix is None else matrix.tobytes()
@@ -379,7 +392,10 @@ class LitMesh:
         return geometry, place
 
     def _show_colors(self) -> None:
-        """Make the array of colours the active scalars of the drawn mesh; a new number of points needs a new array."""
+        """Make the array of colours the active scalars of the drawn mesh.
+
+        If the number of points has changed, make a new array.
+        """
         data, count = self.drawn.GetPointData(), self.drawn.n_points
         if self._colors is None or self._colors.GetNumberOfValues() != 3 * count:
             self._colors, self._lit_for = pv.convert_array(np.zeros((count, 3), np.uint8), ARRAY), None
@@ -402,8 +418,9 @@ class LitMesh:
         return texture_version(source) if is_texture(source) else (given, _version(getattr(source, "VTKObject", None)))
 
     def _values(self, name: str, given: AnyMap) -> Any:
-        """Return the values at the drawn points of the map `given`, the value of the material's field `name`.
+        """Return the values of a map at the drawn points.
 
+        `given` is the value of the material's field `name`: an array, the name of an array, a texture or a colormap.
         Textures and colormaps are sampled again only if they have changed.
         """
         if isinstance(given, str) and isinstance(self.mesh, pv.PolyData):  # the drawn mesh may have an older array
@@ -425,10 +442,10 @@ class LitMesh:
 
 
 def _version(part: Any) -> Any:
-    """Return a VTK object with its modification time. The result differs after a change of the object.
+    """Return a value that changes when the VTK object `part` is modified; None for None.
 
-    The reference is kept so that no new object gets the same address. The object is wrapped in a `Map`, which compares
-    by identity, because VTK arrays compare by value.
+    The value holds a reference, so that no new object gets the same address. The object is wrapped in a `Map`, which
+    compares by identity, because VTK arrays compare by value.
     """
     return None if part is None else (Map(part), part.GetMTime())
 
@@ -439,9 +456,9 @@ def lit_meshes(
     feature_angle: FeatureAngle,
     opacity: Any = None,
 ) -> dict[str, LitMesh]:
-    """Return path of a block → its lit mesh; a mesh without blocks has the path "".
+    """Return a lit mesh for each block, as path → lit mesh. A mesh without blocks has the path "".
 
-    Blocks share a single given material.
+    If a single material is given, all blocks share it.
 
     Parameters
     ----------

@@ -91,7 +91,10 @@ class LightHandle(Handle):
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
-        """Replace the light by another, as `plotter.phong.set_light` does. `viewer` has no effect."""
+        """Replace the light by another, as `plotter.phong.set_light` does.
+
+        `viewer` has no effect; other code calls this method with it.
+        """
         lights = self._subplot.lights
         if not any(each.vtk_light is self.vtk_light for each in lights.renderer_lights):
             remedy = "The light has been removed; add it again with plotter.phong.add_light(lamp.light())."
@@ -133,7 +136,7 @@ class LightHandle(Handle):
 class MeshHandle(Handle):
     """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
-    Blocks that share a material also share the changed one. The attributes of the lit mesh are available too.
+    If blocks share a material, a change applies to all of them. The attributes of the lit mesh are available too.
     `feature_angle` and `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours
     have been computed, can be read.
 
@@ -206,16 +209,16 @@ class MeshHandle(Handle):
 
 
 def changed_light(light: Light, given: Light | None, changes: Mapping[str, Any]) -> Light:
-    """Return another light, given as a whole or by changes of some fields.
+    """Return the changed light: either another light, or `light` with new values in some fields.
 
     Parameters
     ----------
     light : Light
         The light to change.
     given : Light or None
-        Light that replaces it.
+        The light that replaces `light`; None if fields are given.
     changes : mapping
-        Field → new value.
+        Field → new value; empty if a light is given.
 
     Raises
     ------

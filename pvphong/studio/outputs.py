@@ -1,4 +1,4 @@
-"""Pictures and exports of a plotter: before each, colours are updated and gizmos are hidden."""
+"""Pictures and exports of a plotter. Before each, colours are updated and gizmos are hidden."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ class Outputs:
         self._wrapped: dict[str, Callable[..., Any]] = {}
 
     def prepare(self) -> None:
-        """Replace the plotter's output methods by ones that run within `_prepared`. Further calls have no effect."""
+        """Replace the plotter's output methods by methods that update colours and hide gizmos first.
+
+        Further calls have no effect.
+        """
         outputs, owner = weakref.ref(self), self._owner
 
         def wrapped(method: Any) -> Any:
@@ -63,10 +66,10 @@ class Outputs:
 
     @contextmanager
     def _prepared(self, waits: bool) -> Iterator[None]:
-        """Update the colours, and hide the gizmos during the block.
+        """Return a context for a plotter's output: colours are up to date, and gizmos are hidden.
 
-        Usually a frame updates the colours, but an exporter draws no frame. With `waits`, wait until refined pictures
-        are made.
+        Usually a frame updates the colours, but an exporter draws no frame. With `waits`, refined pictures are
+        completed first.
         """
         interactions = [each.interaction for each in self._subplots if each.interaction is not None]
         is_refined = max([subplot.lit.refresh(waits=waits) for subplot in self._subplots], default=False)
@@ -81,7 +84,7 @@ class Outputs:
             plotter.render()
 
     def release(self) -> None:
-        """Give the plotter back its own output methods."""
+        """Restore the plotter's own output methods."""
         plotter = self._owner()  # None if the plotter was collected without being closed
         for name, output in self._wrapped.items():
             if plotter is not None and vars(plotter).get(name) is output:

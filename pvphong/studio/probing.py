@@ -1,4 +1,4 @@
-"""The probe: the lit value of the vertex nearest to a point, and each light's share of it."""
+"""The probe: the lit value of the vertex nearest to a point, and the contribution of each light to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pvphong.studio.lit_mesh import LitMesh
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Probe:
-    """The lit value of a vertex and each light's share of it, from `plotter.phong.probe(point)`.
+    """The lit value of a vertex and each light's contribution (its share), from `plotter.phong.probe(point)`.
 
     All colours are linear RGB, where 1 is full intensity. `base`, `shares` and `bounced` are not clamped. They add up
     to the colour before clamping.
@@ -30,13 +30,13 @@ class Probe:
     mesh : str
         Name of the actor; "" if none was given.
     point_id : int
-        Number of the vertex in the drawn surface, as in `mesh.phong.shade` with the same `feature_angle`.
+        Index of the vertex in the drawn surface, as in `mesh.phong.shade` with the same `feature_angle`.
     position : tuple of float
-        The vertex in the world.
+        World position of the vertex.
     color : tuple of float
         Lit colour, as `mesh.phong.shade` computes it.
     base : tuple of float
-        Light that is independent of lights: emission, and ambient light of the light model.
+        The part of the colour that does not come from the lights: emission, and ambient light of the light model.
     shares : mapping
         Name of a light, or its index if it has no name → its contribution: ambient, diffuse and specular.
     bounced : tuple of float
@@ -70,7 +70,7 @@ class Probe:
 
 
 class Place(NamedTuple):
-    """A vertex of a lit mesh."""
+    """A vertex of a lit mesh; `row` is its index in the drawn surface."""
 
     mesh: LitMesh
     row: int
@@ -90,19 +90,22 @@ class Place(NamedTuple):
 
 
 class Locators:
-    """Search structures of lit meshes for the nearest point of a surface, kept while a mesh stays the same."""
+    """Search structures for the point of lit meshes that is nearest to a given point.
+
+    Each is kept until its mesh changes.
+    """
 
     def __init__(self) -> None:
         self._known = weakref.WeakKeyDictionary[LitMesh, tuple[Any, vtkStaticCellLocator]]()
         self._cell = vtkGenericCell()
 
     def nearest(self, meshes: Sequence[LitMesh], point: VectorLike) -> Place | None:
-        """Return the vertex that is nearest to the point among the corners of the nearest face of all meshes.
+        """Return the corner that is nearest to the point, of the nearest face of all meshes.
 
         Parameters
         ----------
         meshes : sequence of LitMesh
-            The meshes; those that are not drawn, because they cannot be lit, are left out.
+            The meshes. Meshes that are not drawn, because they cannot be lit, are skipped.
         point : sequence of float
             A point in the world.
         """
@@ -113,7 +116,7 @@ class Locators:
         return Place(mesh, row)
 
     def _in(self, mesh: LitMesh, point: Float64Array) -> tuple[float, int]:
-        """Return the distance of a mesh from a point, in the world, and the number of its nearest vertex."""
+        """Return the distance between the mesh and the world point, and the index of the mesh's nearest vertex."""
         matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
         try:
             inverse = np.linalg.inv(matrix)
@@ -144,8 +147,9 @@ class Locators:
 
 
 def read(place: Place, name: str, scene: Scene) -> Probe | None:
-    """Return the current lit value of a vertex, of a mesh that is up to date; None if the mesh has not been lit yet, or
-    other lights have lit it.
+    """Return the current lit value of a vertex of a mesh that is up to date.
+
+    Return None if the mesh has not been lit yet, or was lit by other lights.
 
     Parameters
     ----------

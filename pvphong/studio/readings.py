@@ -17,7 +17,7 @@ from pvphong.studio.subplot import Subplot
 
 
 class Readings:
-    """Part of `plotter.phong`: the plotter's subplots, and methods that measure what the active one shows.
+    """Part of `plotter.phong`: the plotter's subplots, and methods that measure the picture of the active subplot.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Readings:
     def histogram(self, bins: int = BINS) -> Histogram:
         """Return the histogram of the luminance that the active subplot displays.
 
-        The pixels of a new frame are counted, as the display transform shows them. Background, gizmos and the
+        A new frame is drawn, and its pixels are counted after the display transform. Background, gizmos and the
         display's overlay are left out.
 
         Parameters
@@ -64,7 +64,7 @@ class Readings:
         Returns
         -------
         Histogram
-            Counts, edges, and the shares of black and of clipped pixels.
+            Counts, edges, and the fractions of black and of clipped pixels.
 
         Raises
         ------
@@ -90,13 +90,13 @@ class Readings:
         return found
 
     def probe(self, point: VectorLike, actor: pv.Actor | None = None) -> Probe:
-        """Return the lit value at a point of a surface, and each light's share of it.
+        """Return the lit value at a point of a surface, and each light's contribution (its share).
 
         Parameters
         ----------
         point : sequence of float
-            A point in the world. The vertex nearest to it is read: of the corners of the nearest face of all visible
-            lit meshes of the active subplot.
+            A point in the world. The nearest face of all visible lit meshes in the active subplot is found, and the
+            corner nearest to the point is read.
         actor : pyvista.Actor, optional
             Actor of the only mesh to read.
 

@@ -1,7 +1,7 @@
 """Refined pictures of lit meshes, computed in the background and shown while they are valid.
 
-After a moment without changes, a thread refines a copy of the drawn mesh: coarsely first, then finer. The pictures on
-the way are shown. A change cancels the refinement, and the mesh is drawn again with its own vertices and their current
+After a moment without changes, a thread refines a copy of the drawn mesh: coarsely first, then finer. Each finished
+picture is shown. A change cancels the refinement, and the mesh is drawn again with its own vertices and their current
 colours.
 """
 
@@ -34,10 +34,10 @@ _APART = 1.0  # seconds between two pictures of an unfinished level, at least
 
 
 class _Picture(NamedTuple):
-    """A refined mesh with its colours, to be shown in place of the mesh's own vertices."""
+    """A refined mesh with its colours. The window shows it in place of the mesh's own vertices."""
 
     reached: float | None
-    """Tolerance that the colours reach; None if it is not known."""
+    """Colour error that the picture keeps within; None if it is not known."""
     mesh: pv.PolyData
     linear: FloatArray
     """Linear colours."""
@@ -45,7 +45,7 @@ class _Picture(NamedTuple):
     """Opacities from 0 to 255, if the mesh has them."""
 
     def show(self, display: Display) -> None:
-        """Store the colours, as the display shows them, in the mesh's array that VTK draws."""
+        """Apply the display transform to the colours, and store the result in the array that VTK draws."""
         colors = display(self.linear)
         if self.opacities is not None:
             colors = np.column_stack([colors, self.opacities])
@@ -85,10 +85,10 @@ class Refining:
     def update(
         self, scene: Scene, occluders: KnownOccluders | None, display: Display, *, held: bool, waits: bool
     ) -> None:
-        """Show the refined picture of the mesh's current state, or start to make it.
+        """Show the refined picture of the mesh in its current state. If there is none, start to make one.
 
-        The picture is shown once it is made. Work on it starts after a moment without changes. The mesh's colours must
-        be up to date.
+        Work starts after a moment without changes, and the picture is shown as soon as it is made. The mesh's colours
+        must be up to date.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class Refining:
             self._show(self._shown)
 
     def _take(self, job: Job[None]) -> None:
-        """Take over the last picture that the job has made, if it is new, and note whether the job has ended."""
+        """Take the last picture that the job has made if it is new, and record whether the job has ended."""
         self._part = max(self._part, job.part)
         is_done = job.is_done  # read before the pictures, because the last one may be added in between
         picture = self._made[-1] if self._made else None
@@ -141,16 +141,16 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """True until the final picture of the mesh in its present state is made."""
+        """True while the final picture of the mesh's present state is not made."""
         return self._state is not None and not self._is_final
 
     @property
     def is_within(self) -> bool:
-        """True if the picture that is shown is refined within the tolerance."""
+        """True if the shown picture is refined within the tolerance."""
         return self._is_final and not self.reason and self.reached is not None
 
     def result(self) -> pv.PolyData:
-        """Return a copy of the picture that is shown, with its linear colours."""
+        """Return a copy of the shown picture, with its linear colours."""
         assert self._picture is not None, "a refined picture is shown"
         copied = self._picture.mesh.copy(deep=False)
         copied.point_data[ARRAY] = self._picture.linear
@@ -159,7 +159,7 @@ class Refining:
 
     @property
     def part(self) -> float:
-        """Progress of the awaited picture, from 0 to 1."""
+        """Progress of the picture that is being made, from 0 to 1."""
         return self._part
 
     @property
@@ -169,7 +169,7 @@ class Refining:
 
     @property
     def is_paused(self) -> bool:
-        """True after `pause`, until `go_on` or a change of mesh or scene."""
+        """True after `pause`, until `go_on` is called or the mesh or scene changes."""
         return self._job is not None and self._job.is_paused
 
     def pause(self) -> None:
@@ -184,7 +184,10 @@ class Refining:
             self._job.go_on()
 
     def cancel(self) -> None:
-        """Cancel the computation. Until a change, the last picture, or else the mesh's own vertices, stay visible."""
+        """Cancel the computation.
+
+        Until a change, the window keeps the last picture, or the mesh's own vertices without one.
+        """
         if self.is_awaited:
             if self._job is not None:
                 self._job.stop()
@@ -207,8 +210,9 @@ class Refining:
         levels: Sequence[float],
         made: list[_Picture],
     ) -> Callable[[], None]:
-        """Return the function that the background job runs: it makes a refined picture of the mesh for each level.
+        """Return the function that the background job runs.
 
+        It makes one refined picture of the mesh for each tolerance.
         The function uses copies, since the originals may be edited meanwhile.
 
         Parameters
@@ -220,7 +224,7 @@ class Refining:
         display : Display
             Transform that shows the colours.
         levels : sequence of float
-            Tolerances of the pictures, divided by the final one.
+            Tolerances of the pictures, as multiples of the final tolerance.
         made : list
             List to which each picture is appended.
         """

@@ -1,8 +1,8 @@
-"""Soft shadows that grow finer: hard ones during a drag, a few rays at once after it, and as many as needed later.
+"""Soft shadows with a growing number of rays: hard shadows during a drag, a few rays after it, all rays later.
 
-Rays to lights with a size, and to the sky, take far longer than lighting. During a drag, one ray to a light's centre
-decides. After a change, a few rays give a picture at once. While nothing moves, a thread casts as many rays as accuracy
-needs, and their result replaces the picture.
+Rays to lights with a size, and to the sky, take far longer than lighting. During a drag, a single ray to each light's
+centre is cast. After a change, a few rays give a picture at once. While nothing moves, a thread casts as many rays as
+accuracy needs, and their result replaces the picture.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _STILL = 0.05  # seconds without a change after which the thread starts
 
 
 class _Wanted(NamedTuple):
-    """The final visibility that a mesh needs, whose rays may be missing."""
+    """The final visibility that a mesh needs; some of its rays may not be cast yet."""
 
     mesh: LitMesh
     visibility: Visibility
     lights: Sequence[int]
-    """Numbers of the lights whose visibility is read."""
+    """Indices of the lights whose visibility is read."""
     sky: bool
     behind: bool
-    """True if the other sides of the vertices count."""
+    """True if the back sides of the vertices need rays too."""
 
     @property
     def rays(self) -> Any:
-        """A stamp of everything on which the rays depend; cheap to compare."""
+        """A value that changes with everything on which the rays depend; cheap to compare."""
         return self.mesh, self.visibility.geometry, self.lights, self.sky, self.behind, self.mesh.geometry()
 
 
@@ -69,7 +69,7 @@ class Softening:
         held: bool,
         waits: bool,
     ) -> int | None:
-        """Return the number of rays from each vertex to a light, or None for as many as accuracy needs.
+        """Return the number of rays from each vertex to each light; None for as many as accuracy needs.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Softening:
         held : bool
             True during a drag.
         waits : bool
-            True if this picture must be final.
+            True if this picture must have the final shadows.
         """
         self.note = ""
         has_size = any(light.on and light.has_size for light in scene.lights)
@@ -114,7 +114,10 @@ class Softening:
         return _FEW
 
     def _begin(self, state: Any, wanted: list[_Wanted | None]) -> None:
-        """Note what is missing for another state. A running job goes on if it casts the same rays."""
+        """Record the visibility that is missing in the state `state`.
+
+        `wanted` has an entry for each mesh. A running job continues if it casts exactly these rays.
+        """
         missing = [each for each in wanted if each is not None]
         if self._job is None or self._casting != [each.rays for each in missing]:
             self.stop()
@@ -129,7 +132,10 @@ class Softening:
 
 
 def _wanted(mesh: LitMesh, scene: Scene, occluders: KnownOccluders | None) -> _Wanted | None:
-    """Return the final visibility that a mesh needs; None if all its rays have been cast, or it cannot be lit."""
+    """Return the final visibility that a mesh needs.
+
+    Return None if all its rays have been cast, or it cannot be lit.
+    """
     try:
         plan, visibility = mesh.final_visibility(scene, occluders)
     except ValueError:  # `refresh` reports it

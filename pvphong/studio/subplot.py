@@ -54,14 +54,14 @@ class Subplot:
         return Scene(lights=self.lights.values, viewer=self.lights.viewer, light_model=self.light_model)
 
     def assigning(self, edited: Editable) -> AbstractContextManager[None]:
-        """Return a context that records the changes of `edited` made within it as one undo step.
+        """Return a context. All changes of `edited` inside the context become one undo step.
 
-        Without gizmos the context records nothing, so that animations do not fill the history.
+        Without gizmos, no step is recorded, so that animations do not fill the history.
         """
         return nullcontext() if self.interaction is None else self._history.edit(edited)
 
     def remove_gizmos(self) -> bool:
-        """Remove the gizmos; return False if there are none."""
+        """Remove the gizmos. Return False if there are no gizmos."""
         if self.interaction is None:
             return False
         self.interaction.release()

@@ -50,7 +50,8 @@ class RendererLight:
     def light(self, viewer: Viewer) -> Light:
         """Return the current light.
 
-        If code has changed the `vtkLight`, the result is converted from the `vtkLight`, with the distance of `viewer`.
+        If code has changed the `vtkLight`, the result is converted from it. `viewer` is the current camera. Its
+        distance is the unit in which VTK stores the position of a light that moves with the camera.
         """
         fields = _fields(self.vtk_light)
         if self._own is not None and fields == self._written:
@@ -62,7 +63,10 @@ class RendererLight:
         return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
-        """Replace the light by another, and update its `vtkLight`; `viewer` places lights that move with the viewer."""
+        """Replace the light by another, and update its `vtkLight`.
+
+        `viewer` is the current camera; it places lights that move with the viewer.
+        """
         vtk_light, before = self.vtk_light, self.light(viewer)
         position, focal_point, cone = vtk_light.GetPosition(), vtk_light.GetFocalPoint(), vtk_light.GetConeAngle()
         write_light(light, vtk_light, viewer)
@@ -80,11 +84,11 @@ class RendererLight:
 
     @property
     def state(self) -> LightState:
-        """The light's exact state, for `restore`."""
+        """All values of the light, exactly; `restore` takes them."""
         return _fields(self.vtk_light), self._own, self._name
 
     def restore(self, state: LightState) -> None:
-        """Restore the exact state that `state` has returned."""
+        """Set the light back to a state that was read from the property `state`."""
         fields, self._own, self._name = state
         for field, value in fields.items():
             if field != _ELEMENTS:
@@ -140,7 +144,10 @@ class WindowLights:
         return renderer_light
 
     def set(self, which: Any, light: Light) -> None:
-        """Replace an existing light by another; `which` selects it as for `find`."""
+        """Replace a light of the renderer by another.
+
+        `which` selects the light to replace: a handle, an index, a name or a PyVista light.
+        """
         vtk_values(light)  # raises for a light without a counterpart in VTK
         renderer_light = self.find(which)
         if light.name != renderer_light.name:
@@ -148,12 +155,12 @@ class WindowLights:
         renderer_light.set(light, self.viewer)
 
     def _refuse_taken(self, name: str) -> None:
-        """Raise ``ValueError`` if a light of the renderer has this name; results are looked up by name."""
+        """Raise ``ValueError`` if a light of the renderer has the name `name`: results are looked up by name."""
         if name and name in (other.name for other in self.renderer_lights):
             check.refuse("name", name, "unique among the lights of the plotter", "Change a light with set_light.")
 
     def replace(self, lights: Iterable[Any]) -> None:
-        """Remove all lights from the renderer, and add the given ones."""
+        """Replace all lights of the renderer by the given ones."""
         for renderer_light in self.renderer_lights:
             self.remove(renderer_light)
         for light in lights:
@@ -180,7 +187,10 @@ class WindowLights:
         return check.refuse("which", which, allowed + (f", or one of the names {names}" if names else ""))
 
     def remove(self, which: Any) -> None:
-        """Remove a light, its actor, and its entry in PyVista's list of lights; `which` selects it as for `find`."""
+        """Remove a light, its actor, and its entry in PyVista's list of lights.
+
+        `which` selects the light: a handle, an index, a name or a PyVista light.
+        """
         renderer_light = self.find(which)
         light = renderer_light.vtk_light
         self._renderer.RemoveLight(light)
@@ -192,7 +202,7 @@ class WindowLights:
 
     @property
     def state(self) -> LightStates:
-        """The exact state of all lights, as light → state; used by `revert`."""
+        """State of each light, as light → all its values, exactly; used by `revert`."""
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
@@ -214,7 +224,7 @@ class WindowLights:
             taken.add(renderer_light.name)
 
     def _bring_back(self, now: LightStates, then: LightStates) -> None:
-        """Add the lights that were removed between the states `then` and `now`, at their old positions in the list."""
+        """Add the lights that are in the state `then` but not in `now`, at their old positions in the list."""
         shining = {id(renderer_light.vtk_light) for renderer_light in self.renderer_lights}
         returning = {
             renderer_light: state
@@ -235,7 +245,10 @@ class WindowLights:
 
 
 def free_name(wanted: str, taken: set[str]) -> str:
-    """Return the name `wanted` or, if it is in `taken`, this name with the lowest number, from 2, that is not taken."""
+    """Return `wanted` if this name is not in `taken`.
+
+    Otherwise return it with the lowest number, from 2, that is free.
+    """
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:
         number += 1
@@ -263,7 +276,7 @@ _GETTERS = {field: getattr(vtkLight, f"Get{field}") for field in _FIELDS}
 
 
 def _fields(light: Any) -> dict[str, Any]:
-    """Return name → value, for the fields of a VTK light that VTK does not overwrite in every frame."""
+    """Return the fields of a VTK light, as name → value, except those that VTK overwrites in every frame."""
     fields = {field: get(light) for field, get in _GETTERS.items()}
     if fields["LightType"] == VTK_LIGHT_TYPE_HEADLIGHT:
         for field in _PLACES:

@@ -109,7 +109,7 @@ def from_vtk(light: Any, distance: float) -> Light:
 def _is_moved_headlight(light: Any) -> bool:
     """Return True for a VTK headlight with a transform matrix other than the identity.
 
-    A headlight has the viewer's position and direction, to which VTK applies this matrix.
+    Such a headlight is not at the viewer's eye: VTK applies the matrix to the position and the direction of the viewer.
     """
     if isinstance(light, Light) or not getattr(light, "LightTypeIsHeadlight", bool)():
         return False
@@ -122,7 +122,10 @@ def _direction(start: Vector, end: Vector) -> Vector:
 
 
 def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> Light:
-    """Make a pvphong light with the colours and falloff of a VTK light, and the given frame, position and direction."""
+    """Convert a VTK light to a pvphong light with another frame, position and direction.
+
+    Colours and falloff are those of the VTK light, `light`.
+    """
     common: dict[str, Any] = {
         "diffuse": light.GetDiffuseColor(),
         "specular": light.GetSpecularColor(),
@@ -159,9 +162,9 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 
 
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
-    """Write a pvphong light, `light`, to an existing `pyvista.Light` or `vtkLight`, `target`.
+    """Write the values of a pvphong light, `light`, to `target`, an existing `pyvista.Light` or `vtkLight`.
 
-    The fields get the values that `Light.to_pyvista` gives a new light. `viewer` is described there.
+    The values are those of `Light.to_pyvista`; `viewer` is described there.
     """
     values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.
@@ -207,7 +210,7 @@ def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
 
 
 def color_by_name(name: str) -> Vector:
-    """Return red, green, blue in [0, 1] of a PyVista colour name or hex string.
+    """Return red, green and blue, in [0, 1], of a colour's name in PyVista or of a hex string.
 
     Raises
     ------
@@ -233,15 +236,15 @@ def colormap_names() -> list[str]:
 def mapped_colors(name: str, colormap: Colormap) -> ByteArray:
     """Return the 8-bit colours, shape (n, 3), of a colormap whose `scalars` are an array, not a name.
 
-    Messages of errors begin with `name`, which is the name of the material's field.
+    `name` is the name of the material's field; messages of errors begin with it.
     """
     return colormaps.mapped(name, colormap)
 
 
 def mapper_colors(mapper: Any) -> ByteArray | None:
-    """Return the 8-bit colours, shape (n, 3), that a VTK mapper gives its points or cells.
+    """Return the 8-bit colours, shape (n, 3), that a VTK mapper gives the points or cells of its mesh.
 
-    The result is None if the mapper colours all of them by the actor's property.
+    The result is None if the mapper gives no colours, so that the actor's property colours the whole mesh.
     """
     if mapper is None or not mapper.GetScalarVisibility():
         return None

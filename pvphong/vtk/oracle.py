@@ -145,7 +145,7 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Return a light as a new `vtkLight`. The renderer may move the new light.
+    """Convert a light to a new `vtkLight`, which the renderer may move.
 
     `viewer` places lights that move with the viewer. (`pyvista.Light.copy` is not used, because it rounds colours to 8
     bits.)
@@ -169,7 +169,10 @@ def _within_vtk(name: str, power: float) -> None:
 
 
 def vtk_property(property_or_material: Any) -> vtkProperty:
-    """Return a new property that draws points of one pixel, lit as a pvphong material or a VTK property describes."""
+    """Return a new property that draws points of one pixel, lit as `property_or_material`.
+
+    The argument is a pvphong material, a material's name, or a VTK property.
+    """
     appearance = vtkProperty()
     if isinstance(property_or_material, Material | str):
         write_material(as_material(property_or_material), appearance)
@@ -191,7 +194,10 @@ def vtk_property(property_or_material: Any) -> vtkProperty:
 
 
 def write_material(material: Material, appearance: vtkProperty) -> None:
-    """Set a VTK property, `appearance`, to a material; raise ``ValueError`` for features that VTK does not support."""
+    """Write a material to a VTK property, `appearance`.
+
+    Raise ``ValueError`` for features of the material that VTK does not support.
+    """
     refuse_maps_in_vtk(material)
     has_tints = "albedo" in material.maps
     material = material if has_tints else material.without_albedo()
@@ -219,8 +225,8 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
     """Return a new camera with the position and direction of a viewer or camera; the renderer may modify it.
 
-    `follows_viewer` is True if a light depends on the viewer's `up`. An `up` parallel to the view axis then
-    raises ValueError. If `follows_viewer` is False, a coordinate axis replaces such an `up`.
+    If `up` is parallel to the view axis, the result depends on `follows_viewer`. If True, ValueError is raised; pass
+    True if a light depends on `up`. If False, a coordinate axis replaces `up`.
     """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):

@@ -1,7 +1,7 @@
 """Vertices where float32 leaves VTK's colour uncertain, so that VTK cannot judge an evaluator there.
 
-The colour of such a vertex is called open. All values are computed in float64 from the scene alone, independent of the
-evaluator and of VTK.
+The colour of such a vertex, and the vertex itself, is called open. All values are computed in float64 from the scene
+alone, independent of the evaluator and of VTK.
 
 Symbols: n is the unit normal, l the unit vector to a light, v the unit vector to the eye, h the unit vector halfway
 between l and v, and r is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the
@@ -34,13 +34,13 @@ _FLOOR, _HEADLIGHT_FLOOR = 1e-5, 1e-6
 """Lower limits, called floors, of the cosine f in VTK's shader: in general, and in its first tier."""
 
 _DOUBT = 0.25
-"""Fraction of the tolerance. A jump in colour that is smaller leaves no vertex open."""
+"""Smallest jump in colour for which a vertex is open, as a fraction of the tolerance."""
 
 _LONGEST = 1e18
 """Largest length of a vector whose square fits in float32."""
 
 _FLUSHED = float(np.finfo(np.float32).tiny) / _ROUNDING
-"""Error, in roundings, if the square of a component is below float32's least normal number: drivers flush it to 0."""
+"""Error in units of 2⁻²⁴ if the square of a component is below float32's least normal number, so that drivers use 0."""
 
 _GAMMA = 2.2
 """Gamma of physically based shading, which raises the sum of all light to the power 1/2.2."""
@@ -79,7 +79,8 @@ class Limits:
         Shape (n,): the sum of the arriving light times the material's reflectances, or 1 if the sum is less than 1.
         float32 errors are proportional to it.
     open : dict of str to ndarray
-        Reason → mask, shape (n,), of the vertices whose colour is open for this reason. Masks may overlap.
+        Reason → mask, shape (n,): True for the vertices whose colour is uncertain in float32, for this reason. A
+        vertex may have several reasons.
     """
 
     scale: Float64Array
@@ -87,7 +88,7 @@ class Limits:
 
 
 def allowed_error(roughness: float) -> float:
-    """Return the error that is allowed for physically based colours. For colours above 1, it is relative.
+    """Return the error that is allowed in colours of physically based shading. For colours above 1, it is relative.
 
     The error is 6 · 2⁻²⁴ / roughness⁴ + 2e-6, with roughness⁴ at least `_LEAST_DENOMINATOR`. At the peak of a
     highlight, the denominator of D, 1 − (1 − α²)(n·h)², is only α² = roughness⁴. There, five or six roundings of n·h
@@ -97,7 +98,7 @@ def allowed_error(roughness: float) -> float:
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Find the vertices whose colour float32 leaves open, that is, uncertain by more than a tolerance.
+    """Find the open vertices, whose colour is uncertain in float32 by more than a tolerance.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> L
     terms : Terms
         The scene that VTK draws.
     tolerance : float
-        Largest difference that counts as agreement. Smaller uncertainties leave no vertex open.
+        Largest difference that counts as agreement. A vertex with a smaller uncertainty is not open.
     has_floors : bool
         True if the compared evaluator limits cosines by VTK's floors. If False, vertices where a floor changes the
         colour are open too.
@@ -141,9 +142,9 @@ class _Surface(NamedTuple):
     """Unit vectors v, shape (n, 3)."""
     place_error: Float64Array
     normal_angle: Float64Array
-    """Angle by which float32 rotates n."""
+    """Angle by which float32 rotates n, in units of 2⁻²⁴."""
     eye_angle: Float64Array
-    """Angle by which float32 rotates v."""
+    """Angle by which float32 rotates v, in units of 2⁻²⁴."""
 
 
 def _surface(pose: Pose, terms: Terms) -> _Surface:
@@ -169,9 +170,9 @@ class _Arrival(NamedTuple):
     strength: Float64Array
     """Attenuation times spot factor. The spot factor is not cut off at the cone."""
     angle: Any
-    """Angle by which float32 rotates l."""
+    """Angle by which float32 rotates l, in units of 2⁻²⁴."""
     error: Any
-    """Relative error of the strength."""
+    """Relative error of the strength, in units of 2⁻²⁴."""
     lit: BoolArray
     """True inside the cone."""
     edge: BoolArray
@@ -179,7 +180,10 @@ class _Arrival(NamedTuple):
 
 
 def _arrival(surface: _Surface, light: VtkValues) -> _Arrival:
-    """Compute the light that arrives at the vertices from one light, given by VTK's values in world coordinates."""
+    """Compute the light that arrives at the vertices of `surface` from one light.
+
+    `light` has the values that VTK's shader reads, in world coordinates.
+    """
     count = len(surface.points)
     everywhere, nowhere = np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -218,14 +222,14 @@ def _phong_share(
     terms : Terms
         The scene that VTK draws.
     doubt : float
-        Smaller jumps of the colour leave no vertex open.
+        Smallest jump of the colour for which a vertex is open.
 
     Returns
     -------
     brightness : ndarray
         Arriving light times the sum of the material's diffuse and specular reflectances, shape (n,).
     error : ndarray
-        Error of the reflected colour in roundings, shape (n,).
+        Error of the reflected colour in units of 2⁻²⁴, shape (n,).
     is_open : dict of str to ndarray
         Reason → mask, shape (n,), of the vertices whose colour may jump by more than `doubt` for this reason.
     """
@@ -264,7 +268,7 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Find the vertices whose colour float32 leaves open in VTK's physically based shading.
+    """Find the open vertices in VTK's physically based shading, whose colour is uncertain in float32.
 
     The colour is the sum of all light to the power 1/2.2, so errors of the sum are converted to errors of this power.
 
@@ -319,7 +323,7 @@ def _physical_share(
     Returns
     -------
     light, error : ndarray
-        Shape (n, 3): the fraction, and its relative error in roundings.
+        Shape (n, 3): the fraction, and its relative error in units of 2⁻²⁴.
     """
     middle = came.direction + surface.to_eye
     length = np.linalg.norm(middle, axis=1)
@@ -349,10 +353,10 @@ def _physical_share(
 
 
 def _error_above_floor(cosine: Float64Array, turn: Any) -> Float64Array:
-    """Return the relative error, in roundings, of a cosine that VTK's shader limits to at least `_FLOOR`.
+    """Return the relative error, in units of 2⁻²⁴, of a cosine that VTK's shader limits to at least `_FLOOR`.
 
-    `turn` is the sum of the angles by which float32 rotates the cosine's two vectors, in roundings. The error is 0 if
-    the cosine is so far below the floor that rounding cannot lift it above the floor.
+    `turn` is the sum of the angles by which float32 rotates the cosine's two vectors, in units of 2⁻²⁴. The error is 0
+    if the cosine is so far below the floor that rounding cannot lift it above the floor.
     """
     lost = _sine(cosine) * turn + 3.0
     return np.where(cosine > _FLOOR - lost * _ROUNDING, lost / np.maximum(cosine, _FLOOR), 0.0)
@@ -363,9 +367,9 @@ def _sine(cosine: Float64Array) -> Float64Array:
 
 
 def _unit_error(length: Float64Array) -> Float64Array:
-    """Return the error of a vector's direction after the vector has been normalized in float32.
+    """Return the error of a vector's direction, an angle in units of 2⁻²⁴, after the vector was normalized in float32.
 
-    `length` is the vector's length before, shape (n,). The error is an angle in roundings, or NaN if the squared length
+    `length` is the vector's length before the normalization, shape (n,). The error is NaN if the squared length
     overflows float32.
     """
     return np.where(length <= _LONGEST, 1.0 + _FLUSHED / (length * length), np.nan)

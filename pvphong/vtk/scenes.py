@@ -48,13 +48,16 @@ def shining(scene: Scene) -> list[Light]:
 
 
 def reflected(reflectance: ColorLike, color: Vector, light: Light) -> Vector:
-    """Return the product of a reflectance, one of the light's colours and the light's intensity, for each channel."""
+    """Multiply a reflectance, one of the light's colours and the light's intensity, channel by channel."""
     red, green, blue = (k * c * light.intensity for k, c in zip(rgb(reflectance), color, strict=True))
     return red, green, blue
 
 
 def seen_from_infinity(scene: Scene) -> bool:
-    """Return True if all vertices have the same direction to the viewer. `scene` must have the standard convention."""
+    """Return True if all vertices of a scene have the same direction to the viewer.
+
+    `scene` must have the standard convention.
+    """
     return scene.viewer.parallel or not scene.light_model.local_viewer
 
 
@@ -176,7 +179,7 @@ def refuse_inexpressible(scene: Scene, material: Material, matrix: Float64Array 
 
 
 def _obstacles_of_matrix(matrix: Float64Array) -> dict[str, str]:
-    """Return why VTK cannot draw with a model matrix, as obstacle → remedy; empty if VTK can draw with it.
+    """Return the reasons why VTK cannot draw with a model matrix, as reason → remedy; empty if VTK can.
 
     The remedies are instructions to the user, because no similar matrix can replace the model matrix.
     """
@@ -211,7 +214,7 @@ class Terms:
     viewer : Viewer
         The viewer, which is local.
     tier : int
-        Which of the shader's three tiers computes the scene, 1 to 3; 0 if it draws the mesh unlit.
+        Number, 1 to 3, of the tier of the shader's code that computes the scene; 0 if the mesh is drawn unlit.
     conversions : tuple of str
         Descriptions of the conversions that were made.
     """

@@ -300,7 +300,9 @@ def test_an_epw_file_gives_the_hour_that_contains_the_moment(epw):
 
 
 def test_weather_of_another_place_is_said(epw):
-    with pytest.warns(UserWarning, match=r"munich.epw is the weather of Munich, \d\d\d km from the place, 52.5, 13.4"):
+    with pytest.warns(
+        UserWarning, match=r"munich.epw is the weather of Munich, \d\d\d km from the place at 52.5, 13.4"
+    ):
         points((0, 0, 1)).phong.daylight(DAY, ph.Place(52.5, 13.4), epw)
 
 
@@ -328,7 +330,7 @@ def test_a_damaged_epw_file_is_refused(epw, tmp_path):
 @pytest.mark.parametrize(
     ("weather", "message"),
     [
-        (([1.0] * 23, [1.0] * 24), r"weather: direct_normal must be of shape \(24,\), as the times"),
+        (([1.0] * 23, [1.0] * 24), r"weather: direct_normal must be of shape \(24,\), like the times"),
         (([1.0] * 24, [-1.0] * 24), "weather: diffuse_horizontal must be finite numbers >= 0 .* -1 at .* and 23 more"),
         (([1.0] * 24, [math.nan] + [1.0] * 23), "weather: diffuse_horizontal must be finite numbers .*interpolate"),
         ((["a"] * 24, [1.0] * 24), "weather: direct_normal must be an array of real numbers"),

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from browsers import needs_a_browser, new_browser
+from browsers import needs_a_browser
 from PIL import Image
 
 import pvphong as ph
@@ -43,7 +43,7 @@ def three():
 
 
 @needs_a_browser
-def test_three_js_shows_a_glb_as_plot_does(tmp_path):
+def test_three_js_shows_a_glb_as_plot_does(tmp_path, driver):
     pytest.importorskip("trimesh")
     from selenium.webdriver.support.wait import WebDriverWait
 
@@ -57,12 +57,8 @@ def test_three_js_shows_a_glb_as_plot_does(tmp_path):
     expected = np.asarray(Image.open(tmp_path / "it.png").convert("RGB")).astype(int)
     content = base64.b64encode((tmp_path / "it.glb").read_bytes()).decode()
     (tmp_path / "page.html").write_text(PAGE % (three(), SIZE, SIZE, x, z, -y, content), encoding="utf-8")
-    browser = new_browser(tmp_path / "profile")
-    try:
-        browser.get(f"file://{tmp_path / 'page.html'}")
-        picture = WebDriverWait(browser, 60).until(lambda page: page.execute_script("return window.picture"))
-    finally:
-        browser.quit()
+    driver.get(f"file://{tmp_path / 'page.html'}")
+    picture = WebDriverWait(driver, 60).until(lambda page: page.execute_script("return window.picture"))
     assert picture.startswith("data:image/png"), picture
     found = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture.split(",")[1]))).convert("RGB")).astype(int)
     inside = (expected < 250).any(axis=2)

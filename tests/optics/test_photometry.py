@@ -311,14 +311,17 @@ BROKEN = [
     ({"kind": 2, "horizontal": [0, 100]}, "horizontal angles must be two or more, from -90 or 0 up to 90 degrees"),
     ({"multiplier": 0}, "the product of multiplier and ballast factors must be positive; got 0"),
     ({"candela": [[3, -2, 1], [3, 1, 0]]}, "candela must be finite numbers >= 0; got -2"),
-    ({"candela": [[0, 0, 0], [0, 0, 0]]}, "candela must be numbers of which one is larger than 0; got zeros only"),
+    ({"candela": [[0, 0, 0], [0, 0, 0]]}, "candela must be numbers that are not all 0; got zeros only"),
     (
         {"candela": [[3, 2, 1], [3, 1, 0], [1, 1, 1]]},
         "there are 3 words after the last candela value, the first is '1'",
     ),
     ({"candela": [[3, 2, 1]]}, "the file is cut short: it ends after 3 of 6 numbers of the candela values"),
     ({"tilt": "TILT=none.tlt"}, "the tilt file none.tlt next to it cannot be read"),
-    ({"tilt": "TILT=INCLUDE\n1\n2\n90 0\n1 1"}, "tilt must be ascending angles, and as many factors >= 0"),
+    (
+        {"tilt": "TILT=INCLUDE\n1\n2\n90 0\n1 1"},
+        "tilt must be ascending angles, followed by the same number of factors >= 0",
+    ),
     (
         {"tilt": "TILT=INCLUDE\n5\n2\n0 90\n1 1"},
         "the lamp-to-luminaire geometry of the tilt must be a whole number from 1",
@@ -357,7 +360,7 @@ def test_a_file_that_is_cut_is_refused_wherever_the_cut_is(tmp_path):
     ("line", "text", "message"),
     [
         (3, "7", "line 3, the symmetry, must be 0, 1, 2, 3 or 4; got 7"),
-        (4, "5", "5 C-planes at their angles do not fit to the symmetry 4"),
+        (4, "5", "5 C-planes at these angles do not fit the symmetry 4"),
         (6, "many", "line 6, the number of angles in a C-plane, must be a number; got 'many'"),
         (29, "0", "flux times conversion factor must be positive; got 0 times 1"),
         (43, "1", "horizontal angles must be"),

@@ -136,10 +136,10 @@ def test_what_cannot_be_is_refused():
         ph.LightModel(two_sided=True, bounces=1)
     with pytest.raises(
         ValueError,
-        match=r"^material must be one with a total reflectance of at most 1, .*a total reflectance of 1\.2\.",
+        match=r"^material must be a material with a total reflectance of at most 1, .*a total reflectance of 1\.2\.",
     ):
         lit(1, material=ph.Material(diffuse=1.2))
-    with pytest.raises(ValueError, match=r"^material must be one with a total reflectance of at most 1"):
+    with pytest.raises(ValueError, match=r"^material must be a material with a total reflectance of at most 1"):
         lit(1, material=ph.Material(diffuse=1.02))
     with pytest.raises(ValueError, match=r"^shares_by_bounce must be False without components"):
         lit(1, shares_by_bounce=True)

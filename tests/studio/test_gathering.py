@@ -75,10 +75,10 @@ class Window:
     def shown(self):
         return [np.asarray(mesh.drawn["phong"]).astype(int) for mesh in self.lit.meshes]
 
-    def check(self, **model):
+    def check(self, material=WHITE, **model):
         """Check that the drawn colours equal those computed directly."""
         scene = replace(self.phong.scene, light_model=replace(self.phong.light_model, **model))
-        lit = pv.MultiBlock([self.floor, self.bowl]).phong.shade(scene, WHITE, feature_angle="auto")
+        lit = pv.MultiBlock([self.floor, self.bowl]).phong.shade(scene, material, feature_angle="auto")
         for shown, expected in zip(self.shown, lit, strict=True):
             np.testing.assert_allclose(shown, np.rint(255.0 * np.asarray(expected["phong"])), atol=1.0)
 
@@ -114,6 +114,25 @@ def test_all_is_live_while_rays_are_cast_once_and_then_light_bounces(window, ray
     window.bounce(1)  # uses the cached rays
     window.check()
     assert not window.lit.is_awaiting
+
+
+@pytest.mark.parametrize(
+    ("light", "material"),
+    [(ph.PointLight(position=(0.5, 0.2, 2.0), frame="camera"), WHITE), (LAMP, replace(WHITE, reflectance=ph.PBR()))],
+    ids=["a light that moves with the camera", "a diffuse reflection that depends on the viewer"],
+)
+def test_light_bounces_for_where_the_camera_is(window, light, material):
+    window.phong.set_light("lamp", replace(light, name="lamp"))
+    for mesh in window.lit.meshes:
+        mesh.material = material
+    window.bounce(1)
+    window.until_final()
+    before = window.shown
+    window.plotter.camera.azimuth = 100
+    window.plotter.render()
+    window.until_final()
+    assert np.abs(window.shown[0] - before[0]).max() > 2
+    window.check(material=material)
 
 
 def test_cancelled_bounces_are_as_many_as_before(window, rays):
@@ -216,7 +235,7 @@ def test_of_many_vertices_it_follows_when_a_drag_ends_in_the_lights_colours_mean
     with pytest.raises(AssertionError):
         window.check(bounces=0)
     window.phong.mesh(window.actors[0]).material = ph.Material(diffuse=1.5)
-    with pytest.warns(LightingWarning, match=r"got one with a total reflectance of 1\.5\."):
+    with pytest.warns(LightingWarning, match=r"got a material with a total reflectance of 1\.5\."):
         window.plotter.render()
 
 

@@ -115,8 +115,8 @@ def disk_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate 1/(π r²) · max(n·ω, 0) dω over the part of a disk light above the horizon.
 
     The arguments are those of `Integral.formula`; `own` has the disk's numbers. A whole disk gives (z T + 2 H c) / ((K
-    + S) S), with H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product of the least and the greatest distance
-    to the rim. T = S − (|m|² − r²) is computed without cancellation.
+    + S) S), with m the vector to the centre, e the axis, H = e·m, z = n·e, c = n·m and K = |m|² + r². S is the product
+    of the least and the greatest distance to the rim. T = S − (|m|² − r²) is computed without cancellation.
     """
     m, scale = scaled(d, own[RADIUS])
     r = own[RADIUS] * scale
@@ -167,7 +167,7 @@ def _elementary(middle: Any, beta: Any, K: Any, M: Any, S: Any, least: Any, most
 
 @formula
 def _lag(psi: Any, K: Any, M: Any, most: Any, ratio: Any) -> Any:
-    """Return ½ψ − φ, where tan φ = ratio · tan ½ψ, and this difference divided by M.
+    """Return two numbers: ½ψ − φ, where tan φ = ratio · tan ½ψ; and this difference divided by M.
 
     ψ is `psi`, and `ratio` is √(least/most). The arguments K, M and `most` are as for `_elementary`.
     """
@@ -186,10 +186,10 @@ def sphere_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _w: Any) -> Any:
     """Integrate max(n·ω, 0) dω / (π r²) over the visible part of a sphere light of radius r (Snyder 1996).
 
     The arguments are those of `Integral.formula`; `own` has the radius. Let s and C be the sine and cosine of the
-    sphere's angular radius, d the distance to its centre, and c the cosine of the angle between n and the direction to
-    the centre. If the sphere is entirely above the horizon, the result is c/d². If the horizon cuts it, the result is
-    (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π d²), with W = √(s² − c²) and T = W/C. The result is computed without
-    cancellation, however small the sphere is.
+    sphere's angular radius, |d| the distance to its centre, and c the cosine of the angle between n and the direction
+    to the centre. If the sphere is entirely above the horizon, the result is c/|d|². If the horizon cuts it, the result
+    is (c · atan2(W, −C c) + T − (T − atan T)/s²) / (π |d|²), with W = √(s² − c²) and T = W/C. The result is computed
+    without cancellation, however small the sphere is.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     c = dot(n, m) / distance
@@ -230,14 +230,20 @@ def _cap(own: Any, d: Any, n: Any) -> Any:
 
 @formula
 def _to_middle(own: Any, n: Any) -> Any:
-    """Return the unit vector to a patch's middle, with as many columns as there are normals."""
+    """Return the unit vector to the middle of a patch of the sky, repeated for each column of the normals n.
+
+    `own` has the patch's numbers.
+    """
     nothing = 0.0 * n[0]
     return own[1] + nothing, own[2] + nothing, own[3] + nothing
 
 
 @formula
 def patch_irradiance(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π s²) · max(n·ω, 0) dω over the part of a patch of the sky above the horizon."""
+    """Integrate 1/(π s²) · max(n·ω, 0) dω over the part of a round patch of the sky above the horizon.
+
+    The arguments are those of `Integral.formula`. s is the sine of the patch's angular radius.
+    """
     return sphere_irradiance(own, lobe, _to_middle(own, n), n, w)
 
 
@@ -248,7 +254,7 @@ def patch_irradiance(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
 def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/(π r²) · max(w·ω, 0)ᵏ dω over the part of a disk light above the horizon.
 
-    The arguments are those of `Integral.formula`; w is the lobe's axis.
+    The arguments are those of `Integral.formula`. w is the lobe's axis, and k its exponent.
     """
     m, scale = scaled(d, own[RADIUS])
     e = times(own, select(dot(own, m) < 0.0, -1.0, 1.0))
@@ -260,8 +266,8 @@ def disk_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate max(w·ω, 0)ᵏ dω / (π r²) over the part of a sphere light above the horizon.
 
-    The arguments are those of `Integral.formula`; w is the lobe's axis. A sphere is seen as a disk. The disk's radius
-    is the sine of the sphere's angular radius, and its distance the cosine.
+    The arguments are those of `Integral.formula`. w is the lobe's axis, and k its exponent. A sphere is seen as a disk.
+    The disk's radius is the sine of the sphere's angular radius, and its distance the cosine.
     """
     m, s, C, distance, scale, is_lit = _cap(own, d, n)
     l = times(m, 1.0 / distance)
@@ -270,7 +276,11 @@ def sphere_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
 
 @formula
 def patch_highlight(own: Any, lobe: Any, _d: Any, n: Any, w: Any) -> Any:
-    """Integrate 1/(π s²) · max(w·ω, 0)ᵏ dω over the part of a patch of the sky above the horizon."""
+    """Integrate 1/(π s²) · max(w·ω, 0)ᵏ dω over the part of a round patch of the sky above the horizon.
+
+    The arguments are those of `Integral.formula`. s is the sine of the patch's angular radius, w the lobe's axis, and k
+    its exponent.
+    """
     return sphere_highlight(own, lobe, _to_middle(own, n), n, w)
 
 

@@ -42,7 +42,10 @@ _NODES = 14
 
 @cache
 def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
-    """Return a and b of the recurrence Q_l = a (z Q_{l−1} − b Q_{l−2}), for m = 0, …, l − 1, shape (l, 1) each."""
+    """Return the coefficients a and b of a recurrence for the polynomials Q of band l.
+
+    It is Q_l = a (z Q_{l−1} − b Q_{l−2}), for m = 0, …, l − 1. Both results have the shape (l, 1).
+    """
     square = np.arange(l)[:, None] ** 2.0
     below = (l - 1.0) ** 2
     return np.sqrt((4.0 * l * l - 1.0) / (l * l - square)), np.sqrt((below - square) / (4.0 * below - 1.0))
@@ -50,7 +53,7 @@ def _recurrences(l: int) -> tuple[Float64Array, Float64Array]:
 
 @cache
 def _first(m: int) -> float:
-    """Return the polynomial Q of the order m in its first band, l = m, where Q is constant.
+    """Return the polynomial Q of the order m in its first band, l = m, in which it is constant.
 
     The result includes the factor √2 that cosines and sines have for m > 0.
     """
@@ -61,8 +64,8 @@ def _first(m: int) -> float:
 def _polynomials(z: Float64Array, start: Float64Array) -> Iterator[Float64Array]:
     """Yield, for each band l, the values of the polynomials Q at n numbers z: an array (l + 1, n), a row for each m.
 
-    `start`, shape (bands, n), has the polynomial of each m in its first band, l = m. If the row of an m is multiplied
-    by a factor, this factor also multiplies all results for this m.
+    Row m of `start`, shape (bands, n), has the polynomial of the order m in its first band, l = m. If a row of `start`
+    is multiplied by a factor, all results for its m have this factor.
     """
     before, here = start[:0], start[:1]
     yield here
@@ -99,14 +102,17 @@ def projected(image: Float64Array, bands: int) -> Float64Array:
 
 
 def _along(edges: Float64Array, m: int) -> tuple[Float64Array, Float64Array]:
-    """Return the integrals of cos mφ and of sin mφ over each interval between consecutive angles in `edges`."""
+    """Return the integrals of cos mφ and of sin mφ over intervals of φ, an array of each.
+
+    The intervals are those between consecutive angles in `edges`.
+    """
     if not m:
         return np.diff(edges), np.zeros(len(edges) - 1)
     return np.diff(np.sin(m * edges)) / m, -np.diff(np.cos(m * edges)) / m
 
 
 def energies(coefficients: Float64Array) -> Float64Array:
-    """Return, for each channel and band, the integral of the band's square over the sphere, shape (3, bands).
+    """Return the integral of each band's square over the sphere, for each channel, shape (3, bands).
 
     `coefficients` is the result of `projected`.
     """
@@ -127,8 +133,8 @@ _AXES, _PER_WHOLE, _LINEAR, _IN_SQUARES, _SERIES, _TERMS = 0, 9, 10, 13, 14, 15
 def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | None) -> tuple[float, ...]:
     """Return the numbers that the formula `sky` reads.
 
-    Each order m has a series of polynomials Q in z. A cosine lobe removes all odd bands except the first. Then only
-    every other Q is evaluated: 1 or z times a polynomial R in z².
+    For each order m, `sky` sums a series of polynomials Q in z. Convolution with a cosine lobe removes all odd bands
+    except the first. Then only every other Q is evaluated: 1 or z times a polynomial R in z².
 
     Parameters
     ----------
@@ -152,10 +158,10 @@ def sky_numbers(axes: Float64Array, coefficients: Float64Array, hiding: float | 
 
 
 def _series(m: int, coefficients: Float64Array, *, in_squares: bool) -> list[float]:
-    """Return the numbers of the series of one order m, in the layout that the comment above `sky_numbers` describes.
+    """Return the numbers of the series of the order m, in the layout that the comment above `sky_numbers` describes.
 
-    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1, with t = z² if `in_squares`, else t = z. `coefficients` has
-    the shape (bands, bands, 2), as for `sky_numbers`.
+    The series satisfies R_l+1 = (A t + B) R_l − C R_l−1. If `in_squares`, t = z²; else t = z. `coefficients` has the
+    shape (bands, bands, 2), as for `sky_numbers`.
     """
     bands = len(coefficients)
     a, b = [0.0] * bands, [0.0] * bands
@@ -232,7 +238,7 @@ def _up_to(lobe: Any, angle: Any) -> Any:
 
 
 def moments(power: float, bands: int) -> Float64Array:
-    """Return, for l = 0, …, bands − 1, the factor M by which the lobe max(t, 0)ᵏ scales band l; k is `power`."""
+    """Return the factors M by which a lobe max(t, 0)ᵏ scales the bands l = 0, …, `bands` − 1; k is `power`."""
     found = [1.0 / (power + 1.0), 1.0 / (power + 2.0)]
     for l in range(2, bands):
         found.append(found[l - 2] * (power - l + 2.0) / (power + l + 1.0))

@@ -41,7 +41,10 @@ from pvphong.base.types import Float64Array
 
 
 class CosinePower(NamedTuple):
-    """The factor max(a·l, 0)ᵏ of a lobe, to be integrated over a light. The factor is 0 where n·l <= 0."""
+    """Factor max(a·l, 0)ᵏ by which a part of a reflectance, called a lobe, multiplies light from the direction l.
+
+    Formulas integrate this factor over area lights. It is 0 where n·l <= 0, with n the normal.
+    """
 
     around: Literal["normal", "mirror"]
     """The vector a: the normal, or the direction to the viewer mirrored at the normal."""
@@ -67,7 +70,7 @@ are denser there."""
 
 
 class _Accuracy(NamedTuple):
-    """Numbers that define how accurately a lobe zᵖ is integrated. A lobe is 1 at its middle."""
+    """Numbers that define how accurately a lobe zᵖ is integrated. The lobe's value at its middle is 1."""
 
     nothing: float
     """The zᵖ below which a smooth lobe is taken as 0."""
@@ -166,7 +169,9 @@ def great_arc(lobe: Any, along: Any, across: Any, first: Any, length: Any) -> An
 
 @formula
 def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: Any, half: Any) -> Any:
-    """Return twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over an arc of a great circle, by quadrature.
+    """Compute twice the mean of (1 − max(z, 0)ᵖ) / (1 − z²) over an arc of a great circle, by quadrature.
+
+    z is the cosine with the lobe's axis w.
 
     Parameters
     ----------
@@ -189,12 +194,12 @@ def _by_nodes(lobe: Any, at: int, count: int, pole: Any, across: Any, center: An
 
 @formula
 def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
-    """Integrate dφ, the angle around w, along an arc of a great circle with the pole m.
+    """Integrate dφ along an arc of a great circle with the pole m; φ is the angle around the lobe's axis w.
 
     Parameters
     ----------
     rise
-        The product |w·m|.
+        The absolute value |w·m|.
     first, last, length
         Start and end of the arc, measured from the point closest to w, and the difference of both; in radians.
     """
@@ -206,8 +211,8 @@ def _turn(rise: Any, first: Any, last: Any, length: Any) -> Any:
 def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
     """Integrate (1 − max(z, 0)ᵖ) dφ along the great-circle arc from the direction of x to that of y, by `great_arc`.
 
-    `lobe` is from `lobe_numbers`, w the lobe's axis, and `side` the vector y − x. `side` is an argument, because digits
-    would cancel in the difference of x and y.
+    z is the cosine with the lobe's axis w, and φ the angle around w. `lobe` is from `lobe_numbers`. `side` is the
+    vector y − x; it is an argument, because digits would cancel in the difference of x and y.
     """
     across = cross(x, side)
     length = sqrt(dot(across, across))
@@ -219,11 +224,12 @@ def arc_between(lobe: Any, w: Any, x: Any, y: Any, side: Any) -> Any:
 
 @formula
 def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
-    """Return True if a lobe around w may reach a sphere around the offset m from the vertex.
+    """Return True if a lobe may reach a sphere.
 
-    `lobe` is from `lobe_numbers`, `distance` is |m|, and `size` the radius of the sphere. With α the angle between w
-    and m, β the angular radius of the sphere, and ω the lobe's cutoff angle, the lobe may reach the sphere if sin(α − β
-    − ω) < 0. The result is True for NaN, and for a vertex inside the sphere.
+    `lobe` is from `lobe_numbers`, w is the lobe's axis, and m the offset from the vertex to the sphere's centre.
+    `distance` is |m|, and `size` the sphere's radius. With α the angle between w and m, β the angular radius of the
+    sphere, and ω the lobe's cutoff angle, the lobe may reach the sphere if sin(α − β − ω) < 0. The result is True for
+    NaN, and for a vertex inside the sphere.
     """
     aside, ahead = cross(w, m), dot(w, m)
     off, clear = sqrt(dot(aside, aside)), sqrt(maximum((distance - size) * (distance + size), 0.0))
@@ -234,27 +240,28 @@ def shows(lobe: Any, w: Any, m: Any, distance: Any, size: Any) -> Any:
 
 @formula
 def may_rise(n: Any, m: Any, size: Any) -> Any:
-    """Return True if a sphere around the offset m from a vertex with the normal n may be partly above the horizon.
+    """Return True if a sphere may be partly above the horizon of a vertex.
 
-    `size` is the radius. The result is True for NaN, and for an infinite size, such as that of a sky.
+    n is the vertex's normal, m the offset from the vertex to the sphere's centre, and `size` the sphere's radius. The
+    result is True for NaN, and for an infinite radius, such as that of a sky.
     """
     return ~(dot(n, m) <= -size)
 
 
 @formula
 def is_whole(n: Any, m: Any, size: Any) -> Any:
-    """Return True if a sphere around the offset m from a vertex is entirely above the horizon.
+    """Return True if a sphere is entirely above the horizon of a vertex.
 
-    n is the vertex's normal, and `size` the radius.
+    n is the vertex's normal, m the offset from the vertex to the sphere's centre, and `size` the sphere's radius.
     """
     return dot(n, m) > size
 
 
 @formula
 def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
-    """Integrate max(w·u, 0)ᵏ du over a small flat area at the offset x, and divide the result by the area.
+    """Integrate max(w·u, 0)ᵏ du over the directions u to a small flat area at the offset x; divide by the area.
 
-    `lobe` is from `lobe_numbers`, e is the normal of the area, and w the lobe's axis.
+    `lobe` is from `lobe_numbers` and has the exponent k. e is the normal of the area, and w the lobe's axis.
     """
     square = dot(x, x)
     inverse = 1.0 / sqrt(maximum(square, 1e-300))
@@ -264,8 +271,8 @@ def seen_as_point(lobe: Any, e: Any, w: Any, x: Any) -> Any:
 
 @formula
 def whole(turned: Any) -> Any:
-    """Return the boundary integral around a region, given the sum along its arcs.
+    """Return the boundary integral around a region; `turned` is the sum of the integrals along its arcs.
 
-    The sum lacks a full turn if the region contains −w; the sum is then negative, and 2π is added.
+    If the region contains −w, the sum lacks a full turn and is negative. Then 2π is added.
     """
     return maximum(select(turned < -1.0, turned + 2.0 * math.pi, turned), 0.0)

@@ -38,7 +38,11 @@ class Patches:
 
     @cached_property
     def bounds(self) -> Float64Array:
-        """Sines of the least and greatest altitude, and the first azimuth and the width in radians, shape (k, 4)."""
+        """Bounds of the patches, shape (k, 4).
+
+        The columns are the sine of the least altitude, the sine of the greatest altitude, the first azimuth and the
+        width. Azimuth and width are in radians.
+        """
         height = 0.5 * math.pi / (len(_IN_ROWS) * self.finer + 0.5)
         found = []
         for row in range(len(_IN_ROWS) * self.finer):
@@ -57,8 +61,8 @@ class Patches:
     def moments(self) -> Float64Array:
         """Integrals ∫ u du of the unit vectors u over the patches, shape (k, 3).
 
-        A patch of radiance 1 gives the irradiance n · ∫ u du to a surface with the normal n, if it is above the
-        surface's tangent plane.
+        A patch of radiance 1 that is above a surface's tangent plane gives the irradiance n · ∫ u du to the surface,
+        with n its normal.
         """
         low, high, start, width = self.bounds.T
         first, last = np.arcsin(low), np.arcsin(high)
@@ -68,13 +72,16 @@ class Patches:
 
     @cached_property
     def half_height(self) -> float:
-        """Half the range of a patch's cosines with a direction to its side: exact for the zenith and the lowest row."""
+        """Half the range of the cosines between a normal and the directions in one patch; `seen_from` uses it.
+
+        It is half the sine of a row's height. This is exact for the lowest row and a normal to the zenith.
+        """
         return 0.5 * math.sin(0.5 * math.pi / (len(_IN_ROWS) * self.finer + 0.5))
 
     def points(self, count: int) -> Float64Array:
         """Return unit vectors to points in each patch, evenly distributed by area, shape (k, count, 3).
 
-        The points of each patch are the first of a Sobol sequence with its own scrambling.
+        The points of a patch are the first points of a Sobol sequence. Each patch has a different scrambling.
         """
         low, high, start, width = (each[:, None] for each in self.bounds.T)
         numbers, seeds = np.arange(count, dtype=np.uint32), sobol.seeds(np.arange(len(self)))[..., None]
@@ -86,8 +93,9 @@ class Patches:
     def seen_from(self, normals: Float64Array) -> Float64Array:
         """Return the integrals of the cosine over all patches, for normals of shape (n, 3); shape (n, k).
 
-        They are exact for patches that are completely above or below a tangent plane. In a patch that is cut by the
-        plane, the cosine is taken as evenly spread: that changes the sum over all patches by at most 0.01 % of π.
+        A result is exact if the patch is completely above or below the tangent plane. If the plane cuts the patch, the
+        cosines in the patch are taken as evenly distributed over a range. This changes the sum over all patches by at
+        most 0.01 % of π.
         """
         half = self.half_height
         mean = normals @ (self.moments / self.areas[:, None]).T

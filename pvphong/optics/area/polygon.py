@@ -70,9 +70,9 @@ def scaled(d: Any, size: float) -> Any:
 def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
     """Return True if a vertex with the normal n can get light from a flat light at the offset m.
 
-    The vertex must have a normal, an emitting side of the light must face it, and a sphere of the radius `size` around
-    the light must be partly above the horizon. `own` has the light's numbers, of which the first four are the normal of
-    its front, and 1 if the back emits too, else 0.
+    Three conditions must hold: the vertex has a normal; an emitting side of the light faces it; and a sphere of the
+    radius `size` around the light is partly above the horizon. `own` has the light's numbers. The first four are the
+    normal of its front, and 1 if the back emits too, else 0.
     """
     behind = dot(own, m)
     return ((behind < 0.0) | (behind * own[TWO_SIDED] > 0.0)) & (dot(n, n) > 0.5) & (dot(n, m) > -size)
@@ -80,10 +80,9 @@ def is_glowing(own: Any, m: Any, n: Any, size: Any) -> Any:
 
 @formula
 def _horizon(own: Any, m: Any, n: Any) -> Any:
-    """Return the point r of the horizon. All lines that close a clipped polygon end at r.
+    """Return a point r of the horizon, as offset from the polygon's middle. Lines to r close a clipped polygon.
 
-    The horizon cuts the polygon's plane along a line; r is the point of this line nearest to the polygon's middle,
-    given as the offset from the middle.
+    The horizon cuts the polygon's plane along a line. r is the point of this line nearest to the polygon's middle.
 
     Parameters
     ----------
@@ -145,9 +144,10 @@ def polygon_irradiance(own: Any, _lobe: Any, d: Any, n: Any, _a: Any) -> Any:
     """Integrate 1/area · max(n·u, 0) du over the part of a polygon light above the horizon: its irradiance.
 
     The arguments are those of `Integral.formula`. The integral is ½ |Σ f n·Γ|, with Γ = x × y for the ends x and y of a
-    side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. For any m, the sum of the Γ is twice the
-    vector area, α e. So a common value F, close to every f, is subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference
-    is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by differences of squares.
+    side, and f = θ/|Γ| for its angular length θ. Far away, this sum cancels. Wherever the vertex is, the sum of the Γ
+    is twice the polygon's vector area, a vector α e along the normal e. So a common value F, close to every f, is
+    subtracted: ½ |F α n·e + Σ (f − F) n·Γ|. The difference is f − F = (θ/sin θ − 1)/|x||y| + 1/|x||y| − F, computed by
+    differences of squares.
     """
     m, scale = scaled(d, own[SIZE])
     size, root = own[SIZE] * scale, own[ROOT] * scale
@@ -195,8 +195,8 @@ def angle_over_sine(square: Any, cosine: Any) -> Any:
 def polygon_highlight(own: Any, lobe: Any, d: Any, n: Any, w: Any) -> Any:
     """Integrate 1/area · max(w·u, 0)ᵏ du over the part of a polygon light above the horizon, along its sides.
 
-    The arguments are those of `Integral.formula`; w is the lobe's axis. If the lobe is much wider than the light's
-    angular size, the centroid of the part above the horizon replaces the light.
+    The arguments are those of `Integral.formula`. w is the lobe's axis, and k its exponent. If the lobe is much wider
+    than the light's angular size, the centroid of the part above the horizon replaces the light.
     """
     m, scale = scaled(d, own[SIZE])
     size, distance = own[SIZE] * scale, sqrt(dot(m, m))

@@ -52,7 +52,7 @@ class Sampling(NamedTuple):
     """Importance sampling of an area light of intensity 1: its three formulas, which the module docstring describes."""
 
     frame: Callable[..., Any]
-    """Formula with the arguments `numbers`, p and n."""
+    """Formula with three arguments: `numbers`, the origin p of the rays, and the unit normal n there."""
 
     sample: Callable[..., Any]
     """Formula with four arguments: `numbers`, a tuple of the results of `frame` from the third on, u, and v."""
@@ -137,9 +137,10 @@ def combined(x: Any, a: Any, y: Any, b: Any, z: Any, c: Any) -> Any:
 
 @formula
 def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute what the rays of a vertex need to sample a sphere light: the `frame` of the module docstring.
+    """Compute the values by which rays from a vertex sample a sphere light (`frame` in the module docstring).
 
-    `numbers` has the centre and the radius. From inside, the sphere fills all directions. Values for `sample`:
+    `numbers` has the centre and the radius. p is the origin of the rays, and n the normal there. From inside, the
+    sphere fills all directions. Values for `sample`:
 
     - 0 to 8: the unit vector to the centre, and two unit vectors across it;
     - 9 to 11: the cosines of these three with the normal;
@@ -160,9 +161,10 @@ def sphere_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def patch_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute the frame of a round patch of the sky, for `sphere_sample`.
+    """Compute the values by which rays from a vertex sample a round patch of the sky, with `sphere_sample`.
 
-    Numbers: the unit vector to its middle, the sine of its angular radius, and the reach, which is infinite.
+    `numbers` has the unit vector to the patch's middle, the sine of its angular radius, and the reach, which is
+    infinite. n is the vertex's normal.
     """
     found = sphere_frame(numbers, (0.0, 0.0, 0.0), n)
     return numbers[4], *found[1:]
@@ -170,9 +172,10 @@ def patch_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample the points where rays enter a sphere light: return direction, distance and weight for u and v.
+    """Choose a direction in which a sphere light is seen, by u and v; return direction, distance and weight.
 
-    `frame` is from `sphere_frame`. The reach is the distance to the centre; from inside, the radius.
+    The ray enters the sphere at the distance. `frame` has the vertex's values from `sphere_frame`. The reach, the unit
+    of distances, is the distance to the centre; for a vertex inside the sphere, it is the radius.
     """
     less, side, to_middle = frame[12], frame[13], frame[14]
     x, y = on_disk(u, v)
@@ -188,9 +191,11 @@ def sphere_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def sphere_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `sphere_sample`: return the distance at which a ray in the direction d enters the sphere, and the density.
+    """Return the distance at which a ray in the direction d enters a sphere light, and the density of this direction.
 
-    `frame` is from `sphere_frame`. The density is 0 inside the sphere, because the sphere emits only to the outside.
+    `sphere_sample` chooses d with this density. The density is 0 where the ray misses the sphere, and inside the
+    sphere, because the sphere emits only to the outside. `frame` has the vertex's values from `sphere_frame`. The
+    distance is in units of the reach, which is the first result of `sphere_frame`.
     """
     less, off = frame[12], subtract(d, frame[0:3])
     t = HALF * dot(off, off)  # 1 − cos of the ray's angle off the middle
@@ -212,12 +217,12 @@ _NEAR_DISK = 0.5
 
 @formula
 def _slope(side: Any, foot: Any, height: Any) -> Any:
-    """Return the numbers by which `_on_side` samples a side of a flat light, uniformly by the angle at the vertex.
+    """Return the five numbers by which `_on_side` samples a side of a flat light, uniformly by the angle at the vertex.
 
     `side` is half the side's length. `foot` is the projection of the vertex onto the side, measured from the side's
     middle. `height` is the vertex's height above the side. The density at the distance s from the foot is proportional
-    to 1/(s² + height²). Return the cosine and sine of the middle angle, half the range of angles, the foot, and the
-    factor of the density.
+    to 1/(s² + height²). The numbers are the cosine and sine of the middle angle, half the range of angles, the foot,
+    and the factor of the density.
     """
     low, high = arctan2(-side - foot, height), arctan2(side - foot, height)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -226,10 +231,10 @@ def _slope(side: Any, foot: Any, height: Any) -> Any:
 
 @formula
 def _corner(c: Any, n: Any, height: Any) -> Any:
-    """Return the light that an element at a light's corner contributes, divided by the density of samples there.
+    """Return the weight of a light's corner: the light from there divided by the density of samples, up to a factor.
 
-    The result is right up to a factor. c is the offset from the vertex to the corner, n the vertex's normal, and
-    `height` the inverse density.
+    c is the offset from the vertex to the corner, and n the vertex's normal. `height` is 1 divided by the density of
+    samples at the corner.
     """
     square = dot(c, c)
     return maximum(dot(n, c), _LEAST_CORNER * sqrt(square)) / maximum(square * square, 1e-30) * height
@@ -237,11 +242,12 @@ def _corner(c: Any, n: Any, height: Any) -> Any:
 
 @formula
 def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
-    """Compute what the rays of a vertex need to sample a flat light: the `frame` of the module docstring.
+    """Compute the values by which rays from a vertex sample a flat light (`frame` in the module docstring).
 
-    `numbers` has the centre; the normal; two half sides as vectors; 1 if the light is two-sided, else 0; and the corner
-    position, which is the fraction of the half sides at which the corners are: 1 for a rectangle, √½ for a disk. Values
-    for `sample`, with lengths as fractions of the reach:
+    p is the origin of the rays, and n the normal there. `numbers` has the centre; the normal; two half sides as
+    vectors; 1 if the light is two-sided, else 0; and the corner position, which is the fraction of the half sides at
+    which the corners are: 1 for a rectangle, √½ for a disk. Values for `sample`, with lengths as fractions of the
+    reach:
 
     - 0 to 2: the offset from the vertex to the light's centre;
     - 3 to 8: unit vectors along the light's sides;
@@ -282,7 +288,7 @@ def flat_frame(numbers: Any, p: Any, n: Any) -> Any:
 
 @formula
 def _along(u: Any, a: Any, b: Any) -> Any:
-    """Map a uniform number u to a number x in [0, 1] with the density proportional to a + (b − a) x."""
+    """Map a uniform number u to a number x in [0, 1]. The density of x is proportional to a + (b − a) x."""
     root = sqrt(multiply_add(u, b * b - a * a, a * a))
     return minimum(u * (a + b) / (a + root), ONE)
 
@@ -321,9 +327,9 @@ def _warped(u: Any, v: Any, corners: Any) -> Any:
 
 @formula
 def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
-    """Map u and v to a point of a rectangle: its offsets from the middle along both sides, and the density there.
+    """Map u and v to a point of a rectangle; return its offsets from the middle along both sides, and the density.
 
-    `frame` is from `flat_frame`.
+    `frame` has the vertex's values from `flat_frame`.
     """
     x, y, density = _warped(u, v, frame[13:17])
     x, first = _on_side(x, frame[17:22], frame[27], frame[29])
@@ -335,8 +341,8 @@ def _on_rectangle(frame: Any, u: Any, v: Any) -> Any:
 def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
     """Return the result of `sample` for a point of a flat light: direction, distance and weight.
 
-    `frame` is from `flat_frame`; x and y are the point's offsets from the middle along the light's sides, and
-    `over_density` is 1 divided by the density of points.
+    `frame` has the vertex's values from `flat_frame`; x and y are the point's offsets from the middle along the light's
+    sides, and `over_density` is 1 divided by the density of points.
     """
     c = combined(ONE, frame[0:3], x, frame[3:6], y, frame[6:9])
     square = dot(c, c)
@@ -348,16 +354,20 @@ def _from_flat(frame: Any, x: Any, y: Any, over_density: Any) -> Any:
 
 @formula
 def rectangle_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a rectangle light: return direction, distance and weight for u and v; `frame` is from `flat_frame`."""
+    """Choose a point of a rectangle light by u and v; return its direction, distance and weight.
+
+    `frame` has the vertex's values from `flat_frame`.
+    """
     x, y, density = _on_rectangle(frame, u, v)
     return _from_flat(frame, x, y, ONE / density)
 
 
 @formula
 def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a disk light: return direction, distance and weight for u and v; `frame` is from `flat_frame`.
+    """Choose a point of a disk light by u and v; return its direction, distance and weight.
 
-    For a vertex near the disk's plane, the square around the disk is sampled; points outside the disk have weight 0.
+    `frame` has the vertex's values from `flat_frame`. For a vertex near the disk's plane, points of the square around
+    the disk are chosen; points outside the disk have weight 0.
     """
     radius = frame[27]
     x, y, density = _warped(u, v, frame[13:17])
@@ -371,11 +381,11 @@ def disk_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
-    """Intersect a ray in the direction d with the plane of a flat light; `frame` is from `flat_frame`.
+    """Intersect a ray in the direction d with the plane of a flat light.
 
-    Return the two offsets from the light's middle along its sides, the distance, and the factor that turns a density
-    per area into a density per solid angle. The factor is 0 where the ray misses the plane or the vertex is behind the
-    light.
+    `numbers` has the light's numbers, and `frame` has the vertex's values from `flat_frame`. Return the two offsets
+    from the light's middle along its sides, the distance, and the factor that turns a density per area into a density
+    per solid angle. The factor is 0 where the ray misses the plane or the vertex is behind the light.
     """
     normal, c = (numbers[3], numbers[4], numbers[5]), frame[0:3]
     along = dot(normal, d)
@@ -386,28 +396,42 @@ def _on_plane(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def _of_side(x: Any, slope: Any, height: Any) -> Any:
-    """Invert `_on_side`: return the u for the offset x, and the density at x; `slope` is from `_slope`."""
+    """Return the number u that `_on_side` maps to the offset x, and the density of offsets there.
+
+    `slope` is from `_slope`, for the same `height` of the vertex above the side.
+    """
     off = x - slope[3]
     delta = arctan2(off, height) - arctan2(slope[1], slope[0])
     return HALF + HALF * delta / slope[2], slope[4] / (height * height + off * off)
 
 
 def _warped_density(u: Any, v: Any, corners: Any) -> Any:
-    """Return the density that `_warped` gives the point (u, v) of the square."""
+    """Return the density with which `_warped` chooses the point (u, v) of the unit square.
+
+    `corners` has the densities at the square's corners (0, 0), (1, 0), (0, 1) and (1, 1).
+    """
     u, v = minimum(maximum(u, ZERO), ONE), minimum(maximum(v, ZERO), ONE)
     left, right = corners[0] + v * (corners[2] - corners[0]), corners[1] + v * (corners[3] - corners[1])
     return left + u * (right - left)
 
 
 def _rectangle_density(frame: Any, x: Any, y: Any) -> Any:
-    """Return the density with which `_on_rectangle` chooses the offsets x and y, relative to uniform sampling."""
+    """Return the density with which `_on_rectangle` chooses the offsets x and y, relative to uniform sampling.
+
+    `frame` has the vertex's values from `flat_frame`.
+    """
     u, first = _of_side(x, frame[17:22], frame[29])
     v, second = _of_side(y, frame[22:27], frame[29])
     return _warped_density(u, v, frame[13:17]) * (first * second)
 
 
 def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `rectangle_sample`: return the distance to the light, and the density, for the direction d."""
+    """Return the distance to a rectangle light in the direction d, and the density of this direction.
+
+    `rectangle_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the
+    light's numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is
+    the first result of `flat_frame`.
+    """
     x, y, far, factor = _on_plane(numbers, frame, d)
     first, second = frame[27], frame[28]
     is_met = (abs(x) <= first * (ONE + _SLACK)) & (abs(y) <= second * (ONE + _SLACK))
@@ -415,7 +439,12 @@ def rectangle_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 
 def disk_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `disk_sample`: return the distance to the light, and the density, for the direction d."""
+    """Return the distance to a disk light in the direction d, and the density of this direction.
+
+    `disk_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the light's
+    numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is the
+    first result of `flat_frame`.
+    """
     x, y, far, factor = _on_plane(numbers, frame, d)
     radius = frame[27]
     distance = sqrt(x * x + y * y) / radius
@@ -436,9 +465,9 @@ TRIANGLES = 14
 
 @formula
 def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a polygon light uniformly, by its triangles: return direction, distance and weight for u and v.
+    """Choose a point of a polygon light by u and v, uniformly by area; return its direction, distance and weight.
 
-    `numbers` are those of the polygon; `frame` is from `flat_frame`.
+    `numbers` has the polygon's numbers, with its triangles; `frame` has the vertex's values from `flat_frame`.
     """
     which = index(ZERO * u)
     for k in range(int(numbers[TRIANGLES]) - 1):
@@ -452,7 +481,12 @@ def polygon_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `polygon_sample`: return the distance to the light, and the density, for the direction d."""
+    """Return the distance to a polygon light in the direction d, and the density of this direction.
+
+    `polygon_sample` chooses d with this density. The density is 0 where a ray misses the light. `numbers` has the
+    light's numbers, and `frame` the vertex's values from `flat_frame`. The distance is in units of the reach, which is
+    the first result of `flat_frame`.
+    """
     x, y, far, factor = _on_plane(numbers, frame, d)
     x, y, is_met = x / frame[27], y / frame[28], x != x
     for k in range(int(numbers[TRIANGLES])):
@@ -469,7 +503,7 @@ def polygon_seen(numbers: Any, frame: Any, d: Any) -> Any:
 
 @formula
 def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
-    """Compute what the rays of a vertex need to sample a sky: the `frame` of the module docstring.
+    """Compute the values by which rays from a vertex sample a sky (`frame` in the module docstring).
 
     `numbers` has the distance beyond which geometry does not occlude the sky, and the sky's brightness. Values for
     `sample`:
@@ -484,10 +518,10 @@ def sky_frame(numbers: Any, _p: Any, n: Any) -> Any:
 
 @formula
 def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
-    """Map u and v to a unit vector whose density is proportional to the cosine to the normal.
+    """Map u and v to a unit vector with a density proportional to the cosine to the normal.
 
-    The vector is the point of the hemisphere above a uniform point of the unit disk (Nusselt's analogue). `frame` is
-    from `sky_frame`.
+    The vector is above a uniformly distributed point of the unit disk (Nusselt's analogue). `frame` has the vertex's
+    values from `sky_frame`.
     """
     x, y = on_disk(u, v)
     z = sqrt(maximum(ONE - x * x - y * y, ZERO))
@@ -496,17 +530,26 @@ def _by_cosine(frame: Any, u: Any, v: Any) -> Any:
 
 @formula
 def sky_sample(_numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a uniform sky by the cosine to the normal: return direction, distance and weight for u and v."""
+    """Choose a direction to a uniform sky by u and v; return direction, distance and weight.
+
+    The density is proportional to the cosine to the normal. `frame` has the vertex's values from `sky_frame`.
+    """
     return _by_cosine(frame, u, v), ONE, frame[9] + ZERO * u
 
 
 def sky_seen(_numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `sky_sample`: return the distance, which is always the reach, and the density for the direction d."""
+    """Return the distance to a sky, always 1 reach, and the density with which `sky_sample` chooses d.
+
+    `frame` has the vertex's values from `sky_frame`, and d is a unit vector.
+    """
     return ONE, maximum(dot(frame[6:9], d), ZERO) * frame[9] / math.pi
 
 
 def sky_sampling(distance: float, brightness: float) -> Sampling:
-    """Return the sampling of a uniform sky. Geometry farther away than `distance` does not occlude the sky."""
+    """Return the importance sampling of a uniform sky of the given brightness.
+
+    Geometry farther away than `distance` does not occlude the sky.
+    """
     return Sampling(sky_frame, sky_sample, sky_seen, (distance, brightness))
 
 
@@ -536,7 +579,10 @@ def _place_in(numbers: Any, start: Any, count: Any, half: Any, share: Any) -> An
 
 @formula
 def _cell(numbers: Any, d: Any) -> Any:
-    """Return the row and the column of the cell of an image to which the direction d points."""
+    """Return the row and the column of the texel to which the direction d points.
+
+    `numbers` is from `image_numbers`.
+    """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ahead, right = (numbers[7], numbers[8], numbers[9]), (numbers[10], numbers[11], numbers[12])
     height = minimum(maximum(dot((numbers[13], numbers[14], numbers[15]), d), -1.0), 1.0)
@@ -547,11 +593,11 @@ def _cell(numbers: Any, d: Any) -> Any:
 
 @formula
 def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
-    """Sample a sky with an image: return direction, distance and weight for u and v.
+    """Choose a direction to a sky with an image by u and v; return direction, distance and weight.
 
-    Directions are chosen by the image's energy if u < ½, else by the cosine to the normal. `numbers` is from
-    `image_numbers`, `frame` from `sky_frame`. Weights use the mean density of both: the balance heuristic (E. Veach and
-    L. Guibas, "Optimally combining sampling techniques", 1995).
+    If u < ½, the direction is chosen by the image's energy, else by the cosine to the normal. `numbers` is from
+    `image_numbers`, and `frame` has the vertex's values from `sky_frame`. Weights use the mean density of both: the
+    balance heuristic (E. Veach and L. Guibas, "Optimally combining sampling techniques", 1995).
     """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     ends = _TABLES + rows + 1
@@ -584,7 +630,10 @@ def image_sample(numbers: Any, frame: Any, u: Any, v: Any) -> Any:
 
 
 def image_seen(numbers: Any, frame: Any, d: Any) -> Any:
-    """Invert `image_sample`: return the distance, which is always the reach, and the density for the direction d."""
+    """Return the distance to a sky, always 1 reach, and the density with which `image_sample` chooses d.
+
+    `numbers` is from `image_numbers`, `frame` has the vertex's values from `sky_frame`, and d is a unit vector.
+    """
     rows, columns = int(numbers[_ROWS]), int(numbers[_COLUMNS])
     row, column = _cell(numbers, d)
     cells = _TABLES + 2 * (rows + 1) + rows * (columns + 1)

@@ -85,7 +85,7 @@ def vtk_values(light: Any) -> VtkValues:
 
 @vtk_values.register
 def _(light: DirectionalLight) -> VtkValues:
-    """Return the values of a directional light: its direction. VTK's lights have no size."""
+    """Return VTK's values for a directional light: its direction. VTK ignores the light's angular size."""
     x, y, z = light.direction
     return VtkValues(False, (x, y, z))
 
@@ -104,28 +104,33 @@ def _(light: SpotLight) -> VtkValues:
 
 
 def is_in_vtk(light: Light) -> bool:
-    """Return True if VTK supports this kind of light, and the light has no size."""
+    """Return True if VTK supports lights of this kind, and the light has no size."""
     return vtk_values.dispatch(type(light)) is not vtk_values.dispatch(object) and not light.has_size
 
 
 @singledispatch
 def nearest_in_vtk(light: Any) -> Light:
-    """Return the nearest light that VTK supports; the light itself if it has no size."""
+    """Return the nearest light that VTK supports.
+
+    This is the light itself if it has no size, and its single node, a light without a size, if it has one. Kinds of
+    light with a better replacement are registered below.
+    """
     nearest: Light = light.nodes(1)[0]
     return nearest
 
 
 @nearest_in_vtk.register
 def _(light: Flat) -> SpotLight:
-    """Return a spot light at the middle of a flat light, with the widest cone that VTK supports."""
+    """Return the spot light that replaces a flat light: at its middle, with the widest cone that VTK supports."""
     return SpotLight(light.center, light.normal, _NEARLY_90, 1.0, INVERSE_SQUARE)
 
 
 @nearest_in_vtk.register
 def _(light: PhotometricLight) -> SpotLight | PointLight:
-    """Return a point light; or, for a lamp that sends most light forward, a spot light with the same flux.
+    """Return the light that replaces a measured lamp, with the same flux.
 
-    With the intensity I along its axis, the flux Φ of a light I cosᵉ γ is 2π I / (e + 1).
+    It is a spot light if the lamp sends most of its light forward, else a point light. A spot light with the intensity
+    I along its axis and the exponent e, I cosᵉ γ, has the flux 2π I / (e + 1).
     """
     measured, ahead = light.measured, light.arrival(np.array(light.places[0])[:, None] + light.axes[:1].T)
     along, flux = float(np.ravel(ahead.strength)[0]), measured.lumens
@@ -137,7 +142,10 @@ def _(light: PhotometricLight) -> SpotLight | PointLight:
 
 @nearest_in_vtk.register
 def _(light: EnvironmentLight) -> DirectionalLight:
-    """Return a directional light that shines from the mean direction of the environment's light."""
+    """Return the directional light that replaces an environment.
+
+    It shines from the mean direction of the environment's light.
+    """
     return DirectionalLight(direction=light.nodes(1)[0].direction)
 
 

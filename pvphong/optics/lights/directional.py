@@ -146,10 +146,11 @@ class DirectionalLight(Light):
         return math.radians(0.5 * self.angle)
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights from evenly spread directions of the patch; a single one is its middle.
+        """Return `count` parallel lights, evenly spread over the round patch; a single light is at the patch's middle.
 
-        Together they give a surface that faces the light its whole irradiance. So their intensities sum to the inverse
-        of their mean cosine with the middle, 2 / (1 + cos α) with α the angular radius.
+        Their total intensity is 2 / (1 + cos α), with α the angular radius. This is 1 divided by their mean cosine with
+        the middle. So a surface that faces the light gets its full irradiance. A light without a size returns only
+        itself.
         """
         if not self.has_size:
             return (self,)
@@ -157,12 +158,15 @@ class DirectionalLight(Light):
         return _nodes((x, y, z), self.angular_radius, count)
 
     def nodes_for(self, sharpness: float) -> int:
-        """Return a power of two for which the nodes are close together compared with the width of a highlight."""
+        """Return the number of parallel lights for a reflectance of this sharpness, a power of two.
+
+        The lights are then close together compared with the width of the highlight.
+        """
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness * self.angular_radius**2, 1.0)))
         return min(max(several, _LEAST_NODES), NODES)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the lobe over the patch."""
+        """Return the exact integral over the visible part of the patch, weighted by `form`, a power of a cosine."""
         formula = patch_irradiance if form.around == "normal" else patch_highlight
         return Integral(formula, (0.0, 0.0, 0.0), math.inf, (math.sin(self.angular_radius), *self._to_light))
 
@@ -175,7 +179,10 @@ class DirectionalLight(Light):
         return Sampling(patch_frame, sphere_sample, sphere_seen, numbers)
 
     def radiance(self, directions: Float64Array) -> Float64Array:  # noqa: ARG002 the same from everywhere
-        """Return the constant radiance: 1 divided by the square of the sine of the angular radius."""
+        """Return the radiance at intensity 1, shape (3, 1): 1 / sin² α, with α the angular radius.
+
+        The radiance is constant, so `directions` is not read.
+        """
         return np.full((3, 1), 1.0 / math.sin(self.angular_radius) ** 2)
 
     @property

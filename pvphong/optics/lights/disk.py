@@ -86,6 +86,6 @@ class DiskLight(Aimed, Flat, Light):
         return self.sampled(disk_sample, disk_seen, self.radius * across(self.normal), math.sqrt(0.5))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the disk, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the disk, weighted by `form`, a power of a cosine."""
         formula = disk_irradiance if form.around == "normal" else disk_highlight
         return Integral(formula, self.center, self.radius, (*self.normal, float(self.two_sided), self.radius))

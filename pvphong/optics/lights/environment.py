@@ -175,7 +175,7 @@ class EnvironmentLight(Light):
 
     @cached_property
     def panorama(self) -> Panorama:
-        """The image; for one colour, it has a single texel."""
+        """The image as a `Panorama`. If `image` is one colour, the panorama has a single texel."""
         image = self.image
         return image if isinstance(image, Panorama) else Panorama.of("image", np.full((1, 1, 3), rgb(image)))
 
@@ -205,10 +205,10 @@ class EnvironmentLight(Light):
     # -- sampling
 
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
-        """Return parallel lights of about equal energy. Together they have the energy of the image.
+        """Return at most `count` parallel lights of about equal energy. Together they have the energy of the image.
 
-        The image is divided into `count` parts, one for each light: the part with the most energy is halved until there
-        are enough (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
+        Each light replaces a part of the image. The part with the most energy is halved until there are `count` parts
+        (after P. Debevec, "A median cut algorithm for light probe sampling", 2005).
         """
         return _nodes(self.panorama, tuple(self.axes.ravel().tolist()), count)
 
@@ -216,14 +216,17 @@ class EnvironmentLight(Light):
         """Return the number of parallel lights that a reflectance of this sharpness needs.
 
         The number is a power of two, at most `_MOST_NODES`. It is large enough that several of the lights lie within a
-        lobe.
+        highlight.
         """
         several = 2 ** math.ceil(math.log2(max(_NODES_IN_LOBES * sharpness, 1.0)))
         return min(max(several, _LEAST_NODES), _MOST_NODES)
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Importance sampling by the image's energy and by the cosine; for one colour, by the cosine alone."""
+        """Importance sampling of directions.
+
+        An image is sampled by its energy and by the cosine to the normal, one colour by the cosine alone.
+        """
         radiance = self.panorama.image.mean(axis=2, dtype=np.float64)
         if self.panorama.is_uniform:
             return sky_sampling(math.inf, float(radiance[0, 0]))
@@ -231,7 +234,10 @@ class EnvironmentLight(Light):
         return Sampling(sky_frame, image_sample, image_seen, image_numbers(cells, self.axes))
 
     def radiance(self, directions: Float64Array) -> FloatArray:
-        """Return the colours of the texels, shape (3, n), at which unit vectors, shape (3, n), point."""
+        """Return the colours of the texels in the given directions, shape (3, n).
+
+        `directions` are unit vectors, shape (3, n).
+        """
         height, width, _ = self.panorama.image.shape
         ahead, right, up = self.axes @ directions
         row = np.arccos(np.clip(up, -1.0, 1.0)) * (height / math.pi)
@@ -249,9 +255,9 @@ class EnvironmentLight(Light):
     def error_without_bands(self, form: CosinePower, bands: int) -> float:
         """Return a bound on the error of reflected light, at intensity 1, if only the first `bands` bands are used.
 
-        `form` is the lobe that reflects the light. If the image's expansion has more bands, the result is the sum of
-        the bounds for the omitted bands. If `bands` is the number of all bands of the expansion, the result is a bound
-        that follows from the image's energy outside these bands.
+        `form` is the factor by which light is reflected, a power of a cosine. If `bands` is less than the number of
+        bands of the image's expansion, the result is the sum of the bounds for the omitted bands. Else it is a bound
+        that follows from the image's energy outside the expansion.
         """
         if bands < self.bands:
             kept, orders = self.panorama.harmonics, np.arange(self.bands)
@@ -335,16 +341,17 @@ class SkyChannel(Light):
         return tuple(self.source.nodes(count))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the integral of the channel, weighted by the lobe `form`.
+        """Return the integral of the channel over all directions, weighted by `form`, a power of a cosine.
 
-        The result is the image blurred by the lobe, times the fraction of the lobe above the horizon.
+        The result is the image blurred by this power, times the fraction of the power's integral that is above the
+        horizon.
         """
         return Integral(sky, (0.0, 0.0, 0.0), math.inf, _sky_of(self, form))
 
 
 @lru_cache(maxsize=32)
 def _sky_of(channel: SkyChannel, form: CosinePower) -> tuple[float, ...]:
-    """Return the numbers that the formula `sky` reads: the channel's spherical harmonics, convolved with a lobe.
+    """Return the numbers that the formula `sky` reads: the channel's spherical harmonics, convolved with `form`.
 
     Trailing bands that are negligible are dropped.
     """

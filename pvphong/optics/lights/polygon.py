@@ -26,7 +26,10 @@ _OFF_PLANE, _NO_AREA = 1e-6, 1e-12
 
 
 def _checked(name: str, value: Any) -> tuple[Vector, ...]:
-    """Return the corners of a polygon after a check: the polygon must be planar, have an area, and not cross itself."""
+    """Check the corners of a polygon, and return them as a tuple of points.
+
+    The polygon must be planar, have an area, and not cross itself. `name` is the argument's name in messages.
+    """
     points = check.array(name, value, allowed="(k, 3) real numbers").astype(np.float64)
     corners = tuple((x, y, z) for x, y, z in points.tolist())
     if len(corners) < 3 or not np.isfinite(points).all():
@@ -80,7 +83,10 @@ class PolygonLight(Flat, Light):
 
     @cached_property
     def triangles(self) -> Float64Array:
-        """Triangles that make up the polygon, shape (k − 2, 3 corners, 3), as offsets from its first corner."""
+        """Triangles that make up the polygon, shape (k − 2, 3, 3): triangle, corner, coordinate.
+
+        Coordinates are offsets from the polygon's first corner.
+        """
         offsets = self.outline - self.outline[0]
         flat = offsets @ across(self.normal).T
         return np.array([offsets[list(ears)] for ears in _ears(flat)])
@@ -108,7 +114,10 @@ class PolygonLight(Flat, Light):
         return np.array(self.corners)
 
     def spots(self, count: int) -> Float64Array:
-        """Return `count` points evenly spread over the polygon, shape (count, 3): a lattice across its triangles."""
+        """Return `count` points evenly spread over the polygon, shape (count, 3).
+
+        A lattice is distributed over the polygon's triangles.
+        """
         if count == 1:
             return np.array([self.center])
         areas = _areas(self.triangles)
@@ -132,7 +141,7 @@ class PolygonLight(Flat, Light):
         return of_all._replace(numbers=(*of_all.numbers, float(len(rows)), *rows.ravel().tolist()))
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the polygon, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the polygon, weighted by `form`, a power of a cosine."""
         offsets = self.outline - np.array(self.center)
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, offsets)
 
@@ -178,10 +187,10 @@ def _ears(flat: Float64Array) -> Iterator[tuple[int, int, int]]:
 
 
 def _goodness(flat: Float64Array, left: list[int], k: int) -> tuple[bool, float]:
-    """Return a pair by which corners are compared as candidates for clipping; the greatest is clipped first.
+    """Return a pair that ranks a corner as a candidate for clipping.
 
-    The first entry is True if the corner can be clipped as an ear. The second is twice the signed area of the triangle
-    of the corner and its two neighbours.
+    The corner with the greatest pair is clipped first. The first entry is True if the corner can be clipped as an ear.
+    The second is twice the signed area of the triangle of the corner and its two neighbours.
 
     Parameters
     ----------

@@ -106,5 +106,5 @@ class RectangleLight(Aimed, Flat, Light):
         return self.sampled(rectangle_sample, rectangle_seen, self.sides, 1.0)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the rectangle, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the rectangle, weighted by `form`, a power of a cosine."""
         return over_polygon(form, self.center, self.normal, self.two_sided, self.area, self.corners)

@@ -30,12 +30,12 @@ from pvphong.optics.roles import MESH_UNIT
 def over_polygon(
     form: CosinePower, center: Vector, normal: Vector, two_sided: bool, area: float, offsets: Float64Array
 ) -> Integral:
-    """Return the exact integral over the visible part of a polygon, weighted by a lobe.
+    """Return the exact integral over the visible part of a polygon, weighted by a power of a cosine.
 
     Parameters
     ----------
     form : CosinePower
-        The lobe that reflects the light.
+        The power of the cosine: the factor of a part of a surface's reflectance.
     center, normal : tuple of float
         Centre of the polygon, and unit normal of its front.
     two_sided : bool
@@ -93,7 +93,10 @@ class Flat:
         )
 
     def part(self, place: Sequence[float], sign: float, intensity: float) -> SpotLight:
-        """Return a spot light at `place` that shines to the front if `sign` is 1, and to the back if it is −1."""
+        """Return a spot light at `place` with this intensity, an inverse-square falloff, and a cone of 90°.
+
+        It shines to the front if `sign` is 1, and to the back if `sign` is −1.
+        """
         x, y, z = place
         return SpotLight((x, y, z), times(self.normal, sign), 90.0, 1.0, INVERSE_SQUARE, intensity=intensity)
 

@@ -56,18 +56,18 @@ class SphereLight(Light):
     intensity_unit: ClassVar[str] = f"{MESH_UNIT}²"
 
     def nodes(self, count: int) -> tuple[PointLight, ...]:
-        """Return point lights inside the sphere that together approximate it; they do not occlude each other.
+        """Return `count` point lights inside the sphere that approximate the sphere; they do not occlude each other.
 
-        A ball of radius R with an emission density proportional to 1/√(R² − r²) at the distance r from its centre has
-        the same radiance along every line through it: along a chord at the distance b from the centre,
-        ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b to R is π for every b. So the ball emits the same light as the sphere.
-        The fraction of the emission up to r = R sin t is (2t − sin 2t)/π. The emission is divided evenly among the
-        nodes.
+        Consider a ball of radius R that emits with a density proportional to 1/√(R² − r²) at the distance r from its
+        centre. Along a chord at the distance b from the centre, the integral ∫ 2 r dr / (√(R² − r²) √(r² − b²)) from b
+        to R is π for every b. So the ball has the same radiance along every line through it, and emits the same light
+        as the sphere. The fraction of the emission up to r = R sin t is (2t − sin 2t)/π. The emission is divided evenly
+        among the lights.
         """
         return _nodes(self.places[0], self.radius, count)
 
     def analytic_integral(self, form: CosinePower) -> Integral:
-        """Return the exact integral over the visible part of the sphere, weighted by the lobe `form`."""
+        """Return the exact integral over the visible part of the sphere, weighted by `form`, a power of a cosine."""
         formula = sphere_irradiance if form.around == "normal" else sphere_highlight
         return Integral(formula, self.places[0], self.radius, (self.radius,))
 
@@ -91,8 +91,8 @@ def _nodes(center: Vector, radius: float, count: int) -> tuple[PointLight, ...]:
 def _ball(count: int) -> Float64Array:
     """Return the positions of `count` nodes in the unit sphere, shape (count, 3).
 
-    They are opposite pairs, and the centre if `count` is odd. Directions follow golden angles (Vogel 1979). Radii
-    follow steps of √2, which are uncorrelated with the directions.
+    The nodes are pairs of opposite points; if `count` is odd, the last one is at the centre. Directions follow golden
+    angles (Vogel 1979). Radii follow multiples of √2, so that they are uncorrelated with the directions.
     """
     pairs = count // 2
     k = np.arange(pairs)

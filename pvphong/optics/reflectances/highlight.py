@@ -40,8 +40,8 @@ _SHARPEST = 2.0**40
 def whiteness(at: Geometry) -> Any:
     """Compute (1 − h·l)⁵, by which a reflectance turns from its colour at normal incidence to white.
 
-    The cosine h·l is half the length of l + v. If l = −v, the cosine is 0, and there is no half-way direction. Source:
-    Schlick 1994, equation 15.
+    `at` has the directions at a vertex. The cosine h·l is half the length of l + v. If l = −v, there is no half-way
+    direction h, and the cosine is taken as 0. Source: Schlick 1994, equation 15.
     """
     rest = maximum(ONE - HALF * sqrt(square(add(at.l, at.v))), ZERO)
     return (rest * rest) * (rest * rest) * rest
@@ -60,17 +60,20 @@ def part_of_light(name: str, value: Any) -> Color:
 
 @formula
 def lambert_and_highlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute the factors of diffuse and highlight: max(n·l, 0), and `highlight` where n·l > 0, else 0.
+    """Return the factor of the diffuse lobe, max(n·l, 0), and the factor of the highlight.
 
-    `own`, the parameters of the reflectance, is not read. `at` has the directions at a vertex. `highlight` is the power
-    of the cosine around the peak.
+    The highlight's factor is the argument `highlight`, the power of the cosine around the peak, where n·l > 0; else it
+    is 0. `at` has the directions at a vertex. `own`, the parameters of the reflectance, is not read.
     """
     return maximum(at.n_l, ZERO), select(at.n_l > ZERO, highlight, ZERO)
 
 
 @formula
 def unchanged(shininess: Any, own: Any) -> Any:  # noqa: ARG001 only the power depends on it
-    """Return `own`, the parameters of a reflectance, unchanged: a map of the shininess changes only the power."""
+    """Return `own`, the parameters of a reflectance, unchanged: they do not depend on the shininess.
+
+    This is `Reflectance.mapped` for reflectances in which a map of the shininess changes only the power.
+    """
     return own
 
 
@@ -84,9 +87,10 @@ def _shininess_or_none(name: str, value: Any) -> Any:
 
 
 class Shiny(Reflectance):
-    """Lambert's cosine, and a highlight that is a power of the cosine around its peak.
+    """Base class of reflectances with Lambert's diffuse cosine and a highlight that is a power of a cosine.
 
-    Each subclass has the field `shininess`, whose default, None, means the material's shininess.
+    The cosine is that of the angle from the highlight's peak. Each subclass has the field `shininess`, whose default,
+    None, means the material's shininess.
     """
 
     shininess: float | None
@@ -109,11 +113,17 @@ class Shiny(Reflectance):
         return replace(self, **own) if self.shininess is None else self
 
     def power(self, maps: Mapping[str, Any]) -> Power:
-        """Return the power of the cosine. Its exponent is the shininess, or the map of the shininess in `maps`."""
+        """Return the highlight as a power of the cosine around its peak.
+
+        The exponent is the shininess. If `maps` has a map of the shininess, the exponents are the map's numbers.
+        """
         return Power(maps.get("shininess", self.sharpness), self.floor)
 
     def directions(self, surface: Surface) -> Directions:
-        """Return an importance sampling of the highlight's power around its peak."""
+        """Return an importance sampling of the highlight at the vertices of `surface`.
+
+        Directions are chosen by the power of the cosine around the highlight's peak.
+        """
         exponent = np.minimum(self.power(surface.maps).exponent, _SHARPEST)
         if self.peak.axis is not None:
             return around(self.peak.axis(surface), exponent)

@@ -25,9 +25,9 @@ LIKENESS = 4.0
 
 
 def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
-    """Return a description of the counterpart of a reflectance, and the counterpart: a reflectance that looks similar.
+    """Return a similar reflectance of another kind, after its description; None if there is none.
 
-    The result is None for all reflectances but Phong and Blinn-Phong.
+    Phong and Blinn-Phong are counterparts of each other. No other reflectance has a counterpart.
     """
     if isinstance(reflectance, Phong):
         return f"Blinn-Phong, shininess × {LIKENESS:g}", BlinnPhong(reflectance.sharpness * LIKENESS)
@@ -40,8 +40,8 @@ def counterpart_of(reflectance: Reflectance) -> tuple[str, Reflectance] | None:
 def stand_in(reflectance: Any, material: Any) -> tuple[str, Any] | None:  # noqa: ARG001 nothing is simpler
     """Return a description, and a material with a cheaper reflectance that looks similar; None if there is none.
 
-    `reflectance` is the reflectance to be replaced, and `material` its material. Of all materials with the cheaper
-    reflectance, the result looks most like `material`.
+    `material` is the original material, and `reflectance` its reflectance. Other fields of the material, such as the
+    colours, are adapted to the cheaper reflectance.
     """
     return None
 
@@ -71,9 +71,10 @@ def _(reflectance: OrenNayar, material: Any) -> tuple[str, Any]:
 def _(reflectance: Microfacets, material: Any) -> tuple[str, Any]:
     """Return the description and the material in which Phong's reflection replaces microfacets.
 
-    The highlight keeps its peak and its half width, for a light and a viewer above the surface. The peak is
-    g = 1/(4α²). The highlight is half of the peak where sin² θ = (√2 − 1)α². There Phong's (cos 2θ)ⁿ is ½ if
-    n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the coupled base, 23/28.
+    The new highlight has the same height and the same half width, for a light and a viewer above the surface. With α, θ
+    and g as in `microfacets`, the height is g = 1/(4α²), and g has half of this height where sin² θ = (√2 − 1)α². There
+    Phong's (cos 2θ)ⁿ is ½ if n = ln 4 / (4 (√2 − 1) α²). Lambert's cosine gets the total reflectance of the base in the
+    formula `coupled`, 23/28.
     """
     base, tinted, _ = reflectance.lobes
     square = reflectance.alpha**2

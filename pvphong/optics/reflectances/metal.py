@@ -21,10 +21,10 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _parted_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute the factors of three lobes: max(n·l, 0), the highlight in the metal's colour, and the white highlight.
+    """Return the factors of three lobes: diffuse, highlight in the metal's colour, and white highlight.
 
-    `own` is not read. `at` has the directions at a vertex. `highlight` is the power max(r·v, 0)ˢ; the two highlights
-    add up to this power.
+    The diffuse factor is max(n·l, 0). `highlight` is the power max(r·v, 0)ˢ; where n·l > 0, the factors of the two
+    highlights add up to this power. `at` has the directions at a vertex. `own` is not read.
     """
     n_l, shine = lambert_and_highlight(own, at, highlight)
     # the two parts of a smaller highlight may be subnormal

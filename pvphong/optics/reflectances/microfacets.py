@@ -59,7 +59,7 @@ COUPLED = 28.0 / 23.0
 
 @formula
 def _cosines(own: Any, at: Geometry) -> Any:
-    """Return the cosines x = n·l and y = n·v, both at least own[5]; but x is 0 where n or l is zero.
+    """Return the cosines x = n·l and y = n·v, but at least the least cosine, own[5]. x is 0 where n or l is zero.
 
     `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex.
     """
@@ -69,9 +69,9 @@ def _cosines(own: Any, at: Geometry) -> Any:
 
 @formula
 def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
-    """Return two parts of the factor g of the highlight: g(1 − S), which F₀ multiplies, and gS, which is white.
+    """Return two factors: g(1 − S), the part of the highlight in the colour F₀, and gS, its white part.
 
-    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex; x and y are the
+    `own` has the numbers that `Microfacets.parameters` returns, and `at` the directions at a vertex. x and y are the
     results of `_cosines`.
     """
     alpha, alpha2, rest, beta2, beyond, least = own[0], own[1], own[2], own[3], own[4], own[6]
@@ -91,7 +91,7 @@ def _highlight(own: Any, at: Geometry, x: Any, y: Any) -> Any:
 
 @formula
 def faded(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
+    """Return the factors of three lobes: a diffuse base, and the highlight in the colour F₀ and in white.
 
     The base x(1 − tS) is Lambert's reflection of the light that facets transmit. `own` has the numbers that
     `Microfacets.parameters` returns, and `at` the directions at a vertex; `highlight` is not read.
@@ -110,7 +110,7 @@ def _seen(cosine: Any) -> Any:
 
 @formula
 def coupled(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
+    """Return the factors of three lobes: a reciprocal diffuse base, and the highlight in the colour F₀ and in white.
 
     The base is 28/23 · x(1 − (1 − x/2)⁵)(1 − (1 − y/2)⁵). It keeps the total reflectance at most 1: Ashikhmin and
     Shirley, An anisotropic Phong BRDF model, 2000, equation 5. `own` has the numbers that `Microfacets.parameters`
@@ -153,13 +153,13 @@ class Microfacets(Reflectance):
 
     @property
     def is_faded(self) -> bool:
-        """True for a `faded` base, False for a `coupled` one."""
+        """True if the diffuse base is that of the formula `faded`, False if it is that of `coupled`."""
         return type(self).factors is faded
 
     def directions(self, surface: Surface) -> Directions:
-        """Return an importance sampling of the distribution of the facets' slopes.
+        """Return an importance sampling of the highlight at the vertices of `surface`.
 
-        Source: Walter et al. 2007, equations 35 and 36.
+        Directions are chosen by the distribution of the facets' slopes (Walter et al. 2007, equations 35 and 36).
         """
         alpha = self.parameters(surface.maps)[0]
 

@@ -16,9 +16,9 @@ from pvphong.optics.reflectances.phong import MIRROR
 
 @formula
 def _normalised_highlight(own: Any, at: Geometry, highlight: Any) -> Any:
-    """Compute the factors of diffuse and highlight: max(n·l, 0), and max(n·l, 0) · `highlight` · own[0].
+    """Return two factors: max(n·l, 0) for the diffuse lobe, and max(n·l, 0) · `highlight` · own[0] for the highlight.
 
-    `own` has the result of `_scale_of`, `at` has the directions at a vertex, and `highlight` is the power max(r·v, 0)ˢ.
+    `highlight` is the power max(r·v, 0)ˢ, and own[0] is the result of `_scale_of`. `at` has the directions at a vertex.
     """
     n_l = maximum(at.n_l, ZERO)
     return n_l, n_l * highlight * own[0]

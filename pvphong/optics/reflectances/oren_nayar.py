@@ -15,10 +15,11 @@ from pvphong.optics.reflectance import Geometry, Lobe, Reflectance
 
 @formula
 def _rough_diffuse(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it has none
-    """Compute the factor of the diffuse lobe: cos θ · (A + B · max(cos φ, 0) · sin α · tan β).
+    """Return the factor of the diffuse lobe: cos θ · (A + B · max(cos φ, 0) · sin α · tan β).
 
-    Angles are not needed: cos φ sin α sin β = l·v − (n·l)(n·v), and cos β is the greater of n·l and n·v. `own` has A
-    and B, and `at` the directions at a vertex. `highlight` is not read, because there is no highlight.
+    The docstring of `OrenNayar` defines the angles. Only their cosines are computed: cos φ sin α sin β = l·v −
+    (n·l)(n·v), and cos β is the greater of n·l and n·v. `own` has A and B, and `at` the directions at a vertex.
+    `highlight` is not read, because there is no highlight.
     """
     a, b = own[0], own[1]
     n_l = maximum(at.n_l, ZERO)

@@ -127,7 +127,10 @@ class _Colored(PBR):
         return fade if "metallic" in maps else float(fade[0])
 
     def over(self, maps: Mapping[str, tuple[float, float]]) -> PBR:
-        """Return a copy; if `maps` has a map of `metallic`, its lobes' colours are upper bounds for any `metallic`."""
+        """Return a copy whose lobes' colours are upper bounds if `metallic` varies.
+
+        `maps` has the range of each field that is a map. `metallic` varies if it is one of them.
+        """
         return replace(self, varies="metallic" in maps)
 
     @property
@@ -189,14 +192,14 @@ class Shaded(_Colored):
 
 
 def is_physical(prop: Any) -> bool:
-    """Return True if a VTK property asks for physically based shading."""
+    """Return True if `prop`, a VTK property, has physically based shading."""
     return bool(prop.GetInterpolationAsString() == "Physically based rendering")
 
 
 def physical_of(prop: Any) -> PBR:
-    """Return the reflectance of a VTK property with physically based shading.
+    """Return the reflectance of `prop`, a VTK property with physically based shading.
 
-    Raise ValueError for features of the property that pvphong does not support.
+    Raise ValueError if the property uses a feature that pvphong does not support.
     """
     asked = {
         "anisotropy": (prop.GetAnisotropy(), 0.0),

@@ -30,9 +30,10 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Compute the factors of diffuse and highlight: max(n·l, 1e-6), and `highlight`; both 0 without a normal.
+    """Return the factor of the diffuse lobe, max(n·l, 1e-6), and the factor of the highlight; 0 without a normal.
 
-    `highlight` is a power of the cosine n·l, and `at` has the directions at a vertex. `own` is not read.
+    The highlight's factor is the argument `highlight`, a power of the cosine n·l. `at` has the directions at a vertex.
+    `own` is not read.
     """
     is_there = square(at.n) > ZERO
     cosine = maximum(at.n_l, as_type_of(at.n_l, _HEADLIGHT_FLOOR))

@@ -47,7 +47,7 @@ _WIDTH = partial(check.number, above=0.0, at_most=1.0)
 
 @formula
 def _gloss(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 it is no power
-    """Compute the factors of diffuse and highlight: max(n·l, 0), and the formula in the docstring of `Ward`.
+    """Return two factors: max(n·l, 0) for the diffuse lobe, and for the highlight the formula that `Ward` documents.
 
     `own` has 1/α_x and 1/α_y, and `at` the directions at a vertex. `highlight` is not read, because the highlight is no
     power of a cosine.
@@ -112,9 +112,10 @@ class Ward(Reflectance):
         return 1.0 / max(self.alpha_x, _LEAST_ALPHA), 1.0 / max(self.alpha_y, _LEAST_ALPHA)
 
     def directions(self, surface: Surface) -> Directions:
-        """Return an importance sampling of the exponential factor of the highlight.
+        """Return an importance sampling of the highlight at the vertices of `surface`.
 
-        The half-way direction's slopes along t and n × t are normally distributed (Ward 1992, equation 6).
+        Directions are chosen by the exponential factor of the highlight: the half-way direction's slopes along t and n
+        × t are normally distributed (Ward 1992, equation 6).
         """
         along, across = self.parameters({})
 

@@ -1,10 +1,10 @@
 """Search for the edges of hard shadows and of light cones in triangles, and cuts along these edges.
 
-A light without a size is fully visible or hidden from each place on a surface. If one corner of a triangle sees it and
-another does not, the edge crosses two sides of the triangle, and bisection finds both crossings. The edge between them
-is approximated by a straight line, as in marching triangles (W. E. Lorensen, H. E. Cline: Marching cubes. Computer
-Graphics 21 (1987), 163-169). A triangle is split first if the edge deviates too far from the line, if it crosses a side
-twice, or if the triangle contains a shadow that reaches no corner.
+A light without a size is fully visible or hidden from each place on a surface. If one corner of a triangle sees the
+light and another does not, the edge of the shadow crosses two sides of the triangle. Bisection finds both crossings,
+and the edge between them is approximated by a straight line, as in marching triangles (W. E. Lorensen, H. E. Cline:
+Marching cubes. Computer Graphics 21 (1987), 163-169). A triangle is split first if the edge deviates too far from the
+line, if it crosses a side twice, or if the triangle contains a shadow that reaches no corner.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from pvphong.shading.inside.surface import LitSurface
 from pvphong.shading.inside.triangles import marked
 
 PIXEL = 2.0**-10
-"""Least size of a triangle that is split at a jump, in diagonals of the mesh: about a pixel of a picture."""
+"""Smallest size of a triangle that is split at a jump, as a fraction of the mesh's diagonal: about a pixel of a
+picture."""
 
 # Largest distance between the line of a cut and the edge, in diagonals of the mesh.
 _DEVIATION = 2.0**-12
@@ -52,15 +53,15 @@ class Cuts(NamedTuple):
     sides: int = 0
     """Number of triangle sides that were cut."""
     strip: float = 0.0
-    """Area, in the mesh's unit squared, that may have the colours of the other side of an edge."""
+    """Area, in the mesh's unit squared, that may have the colours of the wrong side of an edge."""
     is_spent: bool = False
-    """True if the limit of vertices stopped the cuts."""
+    """True if the cuts ended because the limit of vertices was reached."""
 
 
 def cut_edges(
     surface: LitSurface, tolerance: float, limit: int, after_light: Callable[[], object] = lambda: None
 ) -> Cuts:
-    """Cut along the edges of all lights, one light after the other, where the colour jumps by more than a tolerance.
+    """Cut triangles along the edges of shadows and cones where the colour jumps by more than the tolerance.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def cut_edges(
 
 
 def uncut_area(surface: LitSurface, tolerance: float) -> float:
-    """Return the total area of the triangles in which an edge of a shadow or cone was not cut.
+    """Return the total area of the triangles that an edge of a shadow or cone crosses without a cut.
 
     Only triangles count in which the colour jumps by more than the tolerance at the edge. Such a triangle is left uncut
     if one of its parts would have no area. This happens where edges of several lights meet.
@@ -99,7 +100,10 @@ def uncut_area(surface: LitSurface, tolerance: float) -> float:
 
 
 class _Crossings(NamedTuple):
-    """Crossings of the edge of one light's shadow or cone with the sides of triangles: s sides and k triangles."""
+    """Crossings of one edge with the sides of triangles. The edge is that of one light's shadow or cone.
+
+    The surface has s sides, and the edge crosses k triangles.
+    """
 
     along: Float64Array
     """Position of the crossing on each side, as a fraction of the side, shape (s,); NaN for a side that is not
@@ -115,6 +119,8 @@ class _Crossings(NamedTuple):
 
 
 class _Edge:
+    """The edge of one light's shadow or cone on a surface, and its crossings with the triangles."""
+
     def __init__(self, surface: LitSurface, light: int, tolerance: float, limit: int) -> None:
         self._surface, self._light, self._tolerance, self._limit = surface, light, tolerance, limit
         self._allowed = _DEVIATION * surface.diagonal
@@ -157,10 +163,10 @@ class _Edge:
         return steps_at(self._light, self._surface.vertices, corners, weights)
 
     def _look(self, rows: IntArray) -> None:
-        """Sample the triangles `rows`, which are new or changed, and mark those that contain an edge unseen by their
-        corners.
+        """Sample the triangles `rows`, which are new or changed.
 
-        Such an edge crosses a side twice, or encloses a shadow that reaches no corner.
+        Mark the triangles with an edge that their corners do not show. Such an edge crosses a side twice, or encloses a
+        shadow that reaches no corner.
         """
         triangles, is_lit = self._surface.triangles, self._is_lit
         rows = rows[self._sizes(rows)[1] > 0.0]
@@ -189,9 +195,9 @@ class _Edge:
         self._look_closely(rows[is_uniform & ~self._is_hidden[rows]])
 
     def _look_closely(self, rows: IntArray) -> None:
-        """Sample the triangles `rows` densely, at places about a pixel apart, and mark those that contain an edge.
+        """Sample the triangles `rows` at places about a pixel apart, and mark the triangles that contain an edge.
 
-        The caller passes triangles in which all earlier samples agree: at corners, on sides and inside.
+        In the given triangles, all earlier samples agree: at corners, on sides and inside.
         """
         corners, is_lit = self._surface.triangles.corners, self._is_lit
         steps = np.maximum(self._sizes(rows)[0] / self._spacing, 1.0)
@@ -208,7 +214,7 @@ class _Edge:
                 self._is_hidden[some[found]] |= self._steps(corners[some[found]], place)[:, 0] > self._tolerance
 
     def _can_jump(self, corners: IntArray, places: Float64Array, is_other: BoolArray) -> BoolArray:
-        """Return, shape (k,), True for triangles or sides in which the colour may jump by more than the tolerance.
+        """Return True for triangles or sides in which the colour may jump by more than the tolerance, shape (k,).
 
         The edge lies between a place and the neighbouring places. The jump at the edge may exceed the jumps at the
         places by a third of the range of these jumps.
@@ -277,12 +283,11 @@ class _Edge:
         return alone, weights
 
     def _deviations(self, along: Float64Array, rows: IntArray) -> tuple[Float64Array, Float64Array]:
-        """Return, for each of the k triangles `rows`, how far the edge deviates from a straight line.
+        """Return the largest distance of the edge from a straight line, and the length of the line, in each triangle.
 
-        `along`, shape (s,), is the position of the crossing on each side of a triangle. The results are the largest
-        distance of the edge from the line, and the length of the line, shape (k,) each. The distance is measured at the
-        line's quarters and at samples inside the triangle. Of the samples, those count that are lit on the line's dark
-        side, or dark on its lit side.
+        Both have the shape (k,), for the k triangles `rows`. `along`, shape (s,), is the position of the crossing on
+        each side of a triangle. The distance is measured at the line's quarters and at samples inside the triangle. Of
+        the samples, those count that are lit on the line's dark side, or dark on its lit side.
         """
         triangles, index = self._surface.triangles, np.arange(len(rows))
         p = self._surface.vertices.points[triangles.corners[rows]]
@@ -311,10 +316,10 @@ class _Edge:
 
     @staticmethod
     def _distances(weights: Float64Array, p: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
-        """Return the distance of each of s places in k triangles from the triangle's line, shape (k, s).
+        """Return the distances of places from a straight line in each triangle, shape (k, s).
 
-        `weights` holds the places, shape (k, s, 3) or (s, 3), and `p` the triangles' corners, shape (k, 3, 3). The line
-        in each triangle goes through `x` and `y`, shape (k, 3) each.
+        `weights` are the barycentric coordinates of s places, shape (k, s, 3) or (s, 3). `p` are the corners of k
+        triangles, shape (k, 3, 3). The line in each triangle goes through the points `x` and `y`, shape (k, 3) each.
         """
         line = (y - x)[:, None]
         width = np.linalg.norm(line, axis=2)
@@ -323,10 +328,10 @@ class _Edge:
         return result
 
     def _poor(self, found: _Crossings) -> IntArray:
-        """Return the triangles to split before cuts, the most urgent first.
+        """Return the triangles to split before the cuts, the most urgent first.
 
-        These are the triangles in which the edge deviates too far from a straight line, ends inside, or crosses no side
-        that can be cut.
+        In these triangles, the edge deviates too far from a straight line, ends inside, or crosses no side that can be
+        cut. `found` are the crossings of the edge.
         """
         triangles = self._surface.triangles
         steps = found.step[triangles.sides[found.rows]]
@@ -369,10 +374,10 @@ class _Edge:
         return Cuts(len(np.unique(triangles.ties[: len(is_cut)][is_cut])), strip, is_spent)
 
     def _snapped(self, found: _Crossings) -> IntArray:
-        """Return, shape (n,), 1 for each vertex on the lit side of the edge, -1 on the dark side, and 0 on the edge.
+        """Return the side of the edge on which each vertex is: 1 for lit, -1 for dark, 0 for on the edge, shape (n,).
 
         A vertex counts as on the edge if the edge crosses its sides, and each crossing is nearer to the vertex than
-        half of the allowed deviation.
+        half of the allowed deviation. `found` are the crossings of the edge.
         """
         surface, triangles = self._surface, self._surface.triangles
         sides = np.flatnonzero(~np.isnan(found.along))
@@ -389,15 +394,14 @@ class _Edge:
         return np.where(on_line[places], 0, np.where(self._is_lit, 1, -1))
 
     def _turned_over(self, is_cut: BoolArray, along: Float64Array) -> IntArray:
-        """Return the indices of the triangles whose cuts must be dropped because a part would be turned over or have no
-        area.
+        """Return the triangles whose cuts must be dropped, because a part would be turned over or have no area.
 
         The cause is the rounding of the new vertices' positions.
 
         Parameters
         ----------
         is_cut : ndarray of bool
-            Shape (s,): True for each side that is to be cut.
+            Shape (s,): True for each side to cut.
         along : ndarray
             Shape (s,): position of the cut, as a fraction of the side.
         """

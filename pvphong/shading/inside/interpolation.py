@@ -1,10 +1,10 @@
-"""Errors of colours that are interpolated across triangles: the largest error of each triangle, and jumps.
+"""Errors of colours that are interpolated across triangles: the largest error in each triangle, and jumps.
 
 Colours are compared at a fixed pattern of samples, and at peaks and creases, which no fixed pattern hits (see
 `places`).
 
-Several functions have the argument `enough`, an error. Larger errors are exact. Smaller errors may be underestimated,
-which saves rays to lights with a size.
+Several functions have the argument `enough`, a size of error. Errors above `enough` are exact. Errors below it may be
+underestimated, which saves rays to lights with a size. `corners`, shape (m, 3), are the vertices of m triangles.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ _LARGE = 1.0 / 255.0
 def _errors_at(
     vertices: LitVertices, corners: IntArray, weights: Float64Array, enough: float | None = None
 ) -> Float64Array:
-    """Return, shape (m, s), the difference of interpolated and exact colours at places, in the worst channel.
+    """Return the difference of interpolated and exact colours at places, shape (m, s), in the worst channel.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
-    in each triangle, shape (m, s, 3) or (s, 3). Lights with a size are sampled. Only the part of a difference that
-    exceeds the noise of the samples counts. If `enough` is given, differences below `enough` may be underestimated.
+    `weights` are the barycentric coordinates of s places in each triangle, shape (m, s, 3) or (s, 3). Lights with a
+    size are sampled. Only the part of a difference that exceeds the noise of the samples counts. With `enough`,
+    differences below it may be underestimated. `corners`, shape (m, 3), are the vertices of m triangles.
     """
     shape = len(corners), weights.shape[-2]
     colors = blended(vertices.colors, corners, weights, *vertices.lighting.limits).reshape(*shape, 3)
@@ -65,10 +65,10 @@ def _errors_at(
 
 
 def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return, shape (m,), the largest error of each triangle at middles of sides, centroids, peaks and creases.
+    """Return the largest error in each triangle at the middles of sides, centroids, peaks and creases, shape (m,).
 
-    `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
-    underestimated. This saves rays.
+    `corners`, shape (m, 3), are the vertices of m triangles. With `enough`, errors below it may be underestimated. This
+    saves rays.
     """
     result = pattern_errors(_FIRST, vertices, corners, enough)
 
@@ -82,13 +82,12 @@ def first_errors(vertices: LitVertices, corners: IntArray, enough: float | None 
 
 
 def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None = None) -> Float64Array:
-    """Return, shape (m,), the largest error of each triangle at the samples that `first_errors` does not take.
+    """Return the largest error in each triangle at the samples that `first_errors` does not take, shape (m,).
 
-    `corners` holds the vertices of m triangles, shape (m, 3). If `enough` is given, errors below it may be
-    underestimated.
+    `corners`, shape (m, 3), are the vertices of m triangles. With `enough`, errors below it may be underestimated.
 
-    The renderer blends the normals that are stored in the mesh. If their blends have other directions than the blends
-    of `normals`, the errors at all samples are also computed with the stored normals.
+    The renderer blends the normals that are stored in the mesh. If these blends have other directions than blends of
+    `vertices.normals`, the errors at all samples are also computed with the stored normals.
     """
     result = pattern_errors(_MORE, vertices, corners, enough)
     length, stored = (np.linalg.norm(normals, axis=1) for normals in (vertices.normals, vertices.stored))
@@ -105,9 +104,10 @@ def more_errors(vertices: LitVertices, corners: IntArray, enough: float | None =
 
 
 def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
-    """Return, shape (m,), the largest error of each triangle at all samples and next to jumps.
+    """Return the largest error in each triangle at all samples and next to jumps, shape (m,).
 
-    `corners` has the shape (m, 3). The error is 0 in triangles without an area or with a non-finite point.
+    `corners`, shape (m, 3), are the vertices of m triangles. The error is 0 in triangles without an area or with a
+    point that is not finite.
     """
     result = np.zeros(len(corners))
     rows = np.flatnonzero(sizes(vertices.points, corners)[1] > 0.0)
@@ -121,12 +121,12 @@ def all_errors(vertices: LitVertices, corners: IntArray) -> Float64Array:
 
 
 def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float64Array]:
-    """Search each triangle for a jump of the colour. Return the size of the jump and the error next to it, shape (m,)
-    each.
+    """Return the size of the colour's jump in each triangle, and the error next to the jump, shape (m,) each.
 
-    `corners` has the shape (m, 3). Splitting triangles cannot reduce a jump. The search starts with a segment from the
-    worst sample, peaks excluded, to the corner whose colour differs most from that sample's. It bisects the segment
-    repeatedly, and keeps the half with the larger difference of colours. The difference that remains is the jump.
+    `corners`, shape (m, 3), are the vertices of m triangles. Splitting triangles cannot reduce a jump. The search
+    starts with a segment from the worst sample, peaks excluded, to the corner whose colour differs most from that
+    sample's. It bisects the segment repeatedly, and keeps the half with the larger difference of colours. The
+    difference that remains is the jump.
     """
     steps, errors = np.zeros((2, len(corners)))
 
@@ -160,9 +160,10 @@ def jumps(vertices: LitVertices, corners: IntArray) -> tuple[Float64Array, Float
 def pattern_errors(
     pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> Float64Array:
-    """Return, shape (m,), the largest error of each triangle at the places of `pattern`, shape (s, 3).
+    """Return the largest error in each triangle at the places of `pattern`, shape (m,).
 
-    `corners` has the shape (m, 3). If `enough` is given, errors below it may be underestimated.
+    `pattern`, shape (s, 3), are barycentric coordinates. `corners`, shape (m, 3), are the vertices of m triangles. With
+    `enough`, errors below it may be underestimated.
     """
     result = np.zeros(len(corners))
 
@@ -176,7 +177,7 @@ def pattern_errors(
 def _worst(
     places: Iterable[Places], vertices: LitVertices, corners: IntArray, enough: float | None = None
 ) -> tuple[IntArray, Float64Array, Float64Array]:
-    """Return, for each triangle that contains any of the places, the place with the largest error.
+    """Return the place with the largest error in each triangle that contains any of the places.
 
     Parameters
     ----------
@@ -208,7 +209,7 @@ def _worst(
 
 
 def _in_parts(look: Callable[[slice], None], vertices: LitVertices, triangles: int, samples: int) -> None:
-    """Call `look` with slices of triangles that together cover all triangles, on all cores.
+    """Call `look` with one slice of the triangles after the other, on all cores, until all triangles are covered.
 
     `triangles` is the number of all triangles, and `samples` the number of samples that `look` takes in each.
     """

@@ -2,8 +2,8 @@
 
 The displayed colour inside a triangle is the linear blend of the colours at its corners. The exact colour is the
 lighting equation at the blended point with the blended normal, normalised: per-pixel shading, with the visibility of
-each light from that point. Places are barycentric coordinates: shape (m, s, 3), or (s, 3) if they are the same for all
-m triangles.
+each light from that point. Places in triangles are barycentric coordinates, shape (m, s, 3): s places in each of m
+triangles; or (s, 3) if they are the same for all triangles.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SeenFromPlaces(VisibilityLike, Protocol):
 
     @property
     def behind(self) -> SeenFromPlaces | None:
-        """Visibility from the other sides of the vertices; None if the light model is one-sided."""
+        """Visibility from the back sides of the vertices; None if the light model is one-sided."""
 
     def at(
         self,
@@ -58,25 +58,25 @@ class SeenFromPlaces(VisibilityLike, Protocol):
         """
 
     def part(self, row: int) -> tuple[FloatArray, FloatArray]:
-        """Return the visible part of the light number `row`, and its standard error, shape (n,) each.
+        """Return the visible part of one light, and its standard error, shape (n,) each.
 
-        The row after the last light is the sky.
+        `row` is the light's index; the row after the last light is the sky.
         """
 
 
 class Lighting:
     """Lights and reflectance of a surface.
 
-    The visible part of each light is an attribute of the vertices, `seen`. For a light without a size it is 1 or 0.
-    With `cuts`, `seen` is 0 outside a light's cone too, and the light itself has no cone. So a vertex on the edge of a
-    shadow or cone can have the colour of either side.
+    The visible part of each light is an attribute of the vertices, `LitVertices.seen`. For a light without a size it is
+    1 or 0. With `cuts`, it is 0 outside a light's cone too, and the light itself has no cone. So a vertex on the edge
+    of a shadow or cone can have the colour of either side.
 
     Parameters
     ----------
     scene : Scene
         Scene with a viewer.
     material : Material
-        Its maps are not read.
+        Material of the surface. Its maps are not read.
     matrix : array_like or None
         (4, 4) model matrix.
     vertices : Vertices
@@ -97,8 +97,8 @@ class Lighting:
         Indices of the lights with a size, which may be partly visible. The index `equation.lights`, one past the last
         light, stands for the sky.
     settled : set of int
-        Sharp lights whose edges have been cut, so that they lie between triangles. If the corners of a triangle agree
-        on the visibility of such a light, its visibility is the same inside.
+        Sharp lights along whose shadow edges triangles have been cut. If the corners of a triangle agree on the
+        visibility of such a light, the visibility is the same inside the triangle.
     """
 
     def __init__(
@@ -134,10 +134,10 @@ class Lighting:
         self._among = 0
 
     def _has_cone(self, light: int) -> bool:
-        """Return True if the light is 0 outside a cone of less than 90°, so that its edge can be cut like a shadow's.
+        """Return True if the edge of a light's cone can be cut like a shadow's edge.
 
-        The edge cannot be cut in VTK's convention. Nor can it be cut if the light has an ambient colour, because
-        visibility does not affect ambient light.
+        The light must be 0 outside a cone of less than 90°. The edge cannot be cut in VTK's convention, nor if the
+        light has an ambient colour, because visibility does not affect ambient light.
         """
         given = self._lights[light]
         angles = given.values(Angle) if given.values(Aim) else []
@@ -162,7 +162,7 @@ class Lighting:
         return plan.run(vertices, precision="float64", among=self._among).rgb
 
     def vertices(self, points: FloatArray, normals: FloatArray) -> LitVertices:
-        """Light the mesh's own vertices, given by points and normals of shape (n, 3), and return them."""
+        """Light the mesh's own vertices, and return them. `points` and `normals` have the shape (n, 3)."""
         self._among = _PLACES_PER_VERTEX * len(points)
         p, n = np.asarray(points, np.float64), np.asarray(normals, np.float64)  # PyVista's arrays are slow to slice
         level = dot(*(columns(each) for each in self.in_world(p, n)))
@@ -177,7 +177,7 @@ class Lighting:
     ) -> tuple[Float64Array, Float64Array]:
         """Return the lit colours of n vertices, shape (n, 3), not clamped, and their standard errors, shape (n,).
 
-        `errors` are the standard errors of the visible parts `seen`. They cause the errors of the colours. The other
+        `errors` are the standard errors of the visible parts `seen`; they cause the errors of the colours. The other
         arguments are as for `colors`.
         """
         colors = self.colors(points, normals, maps, seen)
@@ -215,10 +215,10 @@ class Lighting:
         level: Float64Array | None = None,
         around: Around | None = None,
     ) -> tuple[Float64Array, Float64Array]:
-        """Return the visible part of a light from places on the mesh, and its standard error, (n,) each.
+        """Return the visible part of a light from n places on the mesh, and its standard error, shape (n,) each.
 
-        The visibility is from the side of the surface that the viewer sees. If this side faces away from a sharp light,
-        the light counts as visible.
+        The visibility is from the side of the surface that the viewer sees. If this side faces away from a light
+        without a size, the light counts as visible.
 
         Rays begin on the blend of the tangent planes at a triangle's corners, if this blend is above the place. A
         convex mesh lies below the tangent planes of its vertices, and so below their blends. So a ray that rises above
@@ -269,12 +269,10 @@ class Lighting:
 
 
 def inside_cone(light: Light, points: Float64Array) -> FloatArray:
-    """Return, shape (n,), a value for each point that is positive inside a light's cone and negative outside.
+    """Return a value for each point that is positive inside a light's cone and negative outside, shape (n,).
 
-    `points` has the shape (3, n).
-
-    The values compare the chord between the axis and the ray with the chord of the cone's angle; see
-    `pvphong.optics.lights.spot`.
+    `points` has the shape (3, n). The value is the squared chord of the cone's angle minus the squared chord of the
+    angle between axis and ray; see `pvphong.optics.lights.spot`.
     """
     (direction,), (angle,) = light.values(Aim), light.values(Angle)
     chord = light.arrival(points).direction + np.array(unit_vector(direction))[:, None]
@@ -283,7 +281,7 @@ def inside_cone(light: Light, points: Float64Array) -> FloatArray:
 
 @dataclass(frozen=True)
 class LitVertices:
-    """Lit vertices, between which their attributes are interpolated.
+    """Lit vertices. Their attributes are interpolated between them.
 
     The arrays are float64, and have the shape (n, 3) unless noted.
 
@@ -294,7 +292,7 @@ class LitVertices:
     points : ndarray
         Positions.
     normals : ndarray
-        Normals of any length. They are blended here with these lengths.
+        Normals of any length. Blends of normals use these lengths.
     stored : ndarray
         The same normals with the lengths that the resulting mesh stores. Its renderer blends these.
     maps : ndarray
@@ -327,10 +325,10 @@ class LitVertices:
 
 
 class ComparedColors(NamedTuple):
-    """Colours with which the exact colours at places in m triangles are compared."""
+    """Colours that are compared with the exact colours at places in m triangles."""
 
     colors: Float64Array
-    """Displayed colours, shape (m, s, 3)."""
+    """The colours to compare, shape (m, s, 3)."""
     allowed: Float64Array
     """Difference that is allowed at each place, shape (m, s). Smaller differences need not be known accurately."""
 
@@ -344,7 +342,7 @@ def lit_inside(
 
     `corners` holds the vertices of m triangles, shape (m, 3). `weights` holds the barycentric coordinates of s places
     in each triangle, shape (m, s, 3), or (s, 3) if they are the same for all. With `compared`, a place gets no more
-    rays once its colour is known to differ from that in `compared` by no more than is allowed.
+    rays as soon as its colour is known to be within the allowed difference.
     """
     own = vertices.points, vertices.normals, vertices.maps
     points, normals, maps = (blended(each, corners, weights) for each in own)
@@ -365,8 +363,9 @@ def _seen_inside(
 ) -> tuple[Float64Array, Float64Array]:
     """Return the visible parts of all lights at places in triangles, and their standard errors.
 
-    Both arrays have the shape (m, s, lights + 1). The arguments are as for `lit_inside`. Rays are cast only where the
-    corners do not determine the visibility. For a place at a corner, the corner's sampled visibility is used.
+    Both arrays have the shape (m, s, lights + 1): the last entry is the sky. The arguments are as for `lit_inside`.
+    Rays are cast only where the corners do not determine the visibility. For a place at a corner, the corner's sampled
+    visibility is used.
     """
     lighting, shape = vertices.lighting, (len(corners), weights.shape[-2], vertices.seen.shape[1])
     seen = blended(vertices.seen, corners, weights).reshape(shape)
@@ -407,7 +406,7 @@ def seen_at(
     weights : ndarray
         Shape (m, s, c): weights of these vertices at s places; or (s, c) if they are the same for all m.
     goal : Goal, optional
-        Comparison that may end the rays from a place early. The shapes of its arrays begin with (m, s).
+        Comparison that may end the casting of rays from a place early. The shapes of its arrays begin with (m, s).
     """
     part, error = np.empty((2, len(corners), weights.shape[-2]))
 
@@ -427,9 +426,9 @@ def seen_at(
 
 
 def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array) -> Float64Array:
-    """Return, shape (m, s), the change of the colour at places if a light is fully visible instead of hidden.
+    """Return how much the colour changes if a light is fully visible instead of hidden, at each place, shape (m, s).
 
-    `light`, `vertices`, `corners` and `weights` are as for `seen_at`. The result is the largest change of a channel.
+    The result is the largest change of a channel. The arguments are as for `seen_at`.
     """
     seen = blended(vertices.seen, corners, weights)
     colors = _colors_without_and_with(light, vertices, corners, weights, seen)
@@ -439,11 +438,11 @@ def steps_at(light: int, vertices: LitVertices, corners: IntArray, weights: Floa
 def _colors_without_and_with(
     light: int, vertices: LitVertices, corners: IntArray, weights: Float64Array, seen: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
-    """Return the colours at places with a light hidden, then with the light fully visible.
+    """Return the colours at places with a light hidden, and with the light fully visible.
 
     Both arrays have the shape (m, s, 3), and are not clamped. `light`, `vertices`, `corners` and `weights` are as for
-    `seen_at`. `seen` holds the visible parts of all lights at each place, shape (m, s, lights + 1) or (m · s, lights +
-    1). The column of this light is ignored.
+    `seen_at`. `seen` has the visible parts of all lights at each place, shape (m, s, lights + 1) or (m · s, lights +
+    1). Its column of this light is ignored.
     """
     own = vertices.points, vertices.normals, vertices.maps
     rows = [*(blended(each, corners, weights) for each in own), seen.reshape(-1, seen.shape[-1])]
@@ -455,7 +454,7 @@ def _colors_without_and_with(
 
 
 def to_viewer(points: Float64Array, equation: Equation) -> Float64Array:
-    """Return the unit vectors from `points`, shape (3, k), to the viewer.
+    """Return the unit vectors from `points`, shape (3, k), to the viewer of the equation.
 
     They have the shape (3, k), or (3, 1) if the viewer is at infinity.
     """
@@ -469,7 +468,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Interpolate values by weights, after clipping them to limits.
+    """Clip the values of vertices to limits, and interpolate them between vertices.
 
     Parameters
     ----------
@@ -480,7 +479,7 @@ def blended(
     weights : ndarray
         Shape (m, s, c), or (s, c) if they are the same for all m.
     low, high : float
-        Limits to which values are clipped.
+        The limits.
 
     Returns
     -------
@@ -495,7 +494,7 @@ def blended(
 
 
 def difference(colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Return the largest absolute difference of a channel between two arrays of colours.
+    """Return the largest absolute difference of any channel between each pair of colours.
 
     `colors` and `others` have the shape (..., 3), and the result has (...).
     """

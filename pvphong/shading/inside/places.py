@@ -1,7 +1,7 @@
 """Sizes of triangles, and sample places in them: patterns, peaks and creases.
 
-A light is brightest at a peak; colours bend or jump at a crease. No fixed pattern hits these. Places are barycentric
-coordinates.
+At a peak, a light is brightest; at a crease, colours bend or jump. A fixed pattern of samples misses both. Places are
+barycentric coordinates. `corners`, shape (m, 3), are the vertices of m triangles.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ _AT_ONCE = 2**13
 def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float64Array]:
     """Return the longest side and the least height of m triangles, shape (m,) each.
 
-    `points` has the shape (n, 3), and `corners`, which holds point indices, the shape (m, 3). The height is zero or NaN
-    if a triangle has no area, or a point that is not finite.
+    `points` has the shape (n, 3). `corners`, shape (m, 3), has the indices of each triangle's points. The height is
+    zero or NaN if a triangle has no area, or a point that is not finite.
     """
     longest, height = np.empty((2, len(corners)))
 
@@ -50,16 +50,16 @@ def sizes(points: Float64Array, corners: IntArray) -> tuple[Float64Array, Float6
 def area(points: Float64Array, corners: IntArray) -> float:
     """Return the total area of triangles. Triangles with a point that is not finite count as 0.
 
-    `points` has the shape (n, 3), and `corners`, which holds point indices, the shape (m, 3).
+    `points` has the shape (n, 3). `corners`, shape (m, 3), has the indices of each triangle's points.
     """
     longest, height = sizes(points, corners)
     return float(np.nan_to_num(longest * height).sum()) / 2.0
 
 
 def odd_corner(is_above: BoolArray) -> IntArray:
-    """Return, shape (m,), the corner of each triangle, 0 to 2, whose flag differs from the other two; 0 if all agree.
+    """Return the corner (0, 1 or 2) of each triangle whose flag differs from the other two, shape (m,); 0 if all agree.
 
-    `is_above` holds the corners' flags, shape (m, 3).
+    `is_above` has the corners' flags, shape (m, 3).
     """
     return (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)
 
@@ -74,7 +74,7 @@ def lattice(order: int) -> Float64Array:
 
 
 class Places(NamedTuple):
-    """Places in k triangles, one in each."""
+    """k places, each in a triangle."""
 
     rows: IntArray
     """Indices of the triangles, shape (k,)."""
@@ -84,12 +84,12 @@ class Places(NamedTuple):
 
 
 class _AtCorners:
-    """Values at the corners of m triangles, computed once per vertex rather than once per corner.
+    """Values at the corners of m triangles. They are computed once per vertex, although several triangles share it.
 
     Attributes
     ----------
     rows : slice or ndarray of int
-        The vertices for which values are computed: those of the triangles. A slice may include other vertices.
+        Indices of the vertices for which values are computed: at least all vertices of the triangles.
     points, normals : ndarray
         Positions and normals of these vertices, in the world.
     """
@@ -114,10 +114,11 @@ class _AtCorners:
 
 
 def _chords(term: LightTerm, equation: Equation, points: Float64Array, normals: Float64Array) -> Float64Array:
-    """Return the chord D of a light's highlight at k points. The highlight is a power of the cosine 1 − |D|²/2.
+    """Return the chord D of a light's highlight at k points, a vector whose length is 0 at the highlight's peak.
 
-    `points`, `normals` and the result have the shape (k, 3). In Phong's model, D is the mirror direction of the light
-    minus the unit vector to the viewer; see `pvphong.optics.reflectances.highlight`.
+    The highlight is a power of the cosine 1 − |D|²/2. `points`, `normals` and the result have the shape (k, 3). In
+    Phong's model, D is the mirror direction of the light minus the unit vector to the viewer; see
+    `pvphong.optics.reflectances.highlight`.
     """
     p, n = columns(points), unit(columns(normals))[0]
     v, to_light = to_viewer(p, equation), term.light.arrival(p).direction
@@ -133,11 +134,11 @@ _AT_CORNER = 2.0**-20
 
 
 def peaks(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield the places where a light's contribution is largest, in triangles where this place is not a corner.
+    """Yield the places where a light's contribution is largest, in triangles where this is not at a corner.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). At such a peak, the length of a vector that varies over
-    the triangle is least. The vector is the chord D of a highlight, the offset from a spot's axis, or the offset from a
-    light at a position.
+    At such a peak, the length of a vector that varies over the triangle is smallest. The vector is the chord D of a
+    highlight, the offset from a spot's axis, or the offset from a light at a position. `corners`, shape (m, 3), are the
+    vertices of m triangles.
     """
     equation, at = vertices.lighting.equation, _AtCorners(vertices, corners)
     for term in equation.terms:
@@ -170,13 +171,13 @@ _INVISIBLE = 21.0
 
 
 def _highlight_peaks(term: LightTerm, equation: Equation, at: _AtCorners) -> Places:
-    """Return the peaks of one light's highlight, found by Gauss-Newton steps, in triangles larger than the highlight.
+    """Return the peaks of one light's highlight in triangles larger than the highlight.
 
-    In smaller triangles, the fixed pattern of samples suffices.
+    They are found by Gauss-Newton steps. In smaller triangles, the fixed pattern of samples suffices. `at` has the
+    values at the triangles' corners.
 
     Inside a triangle, a chord's length deviates from linear by less than a quarter of the square of its spread over the
-    triangle. By this bound, triangles that are too far from the highlight are skipped. `at` has the values at the
-    triangles' corners.
+    triangle. By this bound, triangles that are too far from the highlight are skipped.
     """
     sharpness = equation.sharpness
     chords = _chords(term, equation, at.points, at.normals)
@@ -205,13 +206,13 @@ def _blend(weights: Float64Array, at_corners: Float64Array) -> Float64Array:
 
 
 def _shortest(at_corners: Float64Array) -> Float64Array:
-    """Return the barycentric coordinates, shape (k, 3), of the shortest blend of three vectors, for k triangles.
+    """Return the barycentric coordinates of the shortest blend of three vectors, shape (k, 3), for k triangles.
 
-    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle.
+    `at_corners`, shape (k, 3, 3), has the three vectors of each triangle.
 
-    The three vectors span a triangle, and the shortest blend is its point nearest to the origin. If the foot of the
-    perpendicular from the origin lies inside the triangle, it is this point. If not, the point is on a side: it is the
-    nearest of the three sides' nearest points (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
+    The three vectors span a triangle, and the shortest blend is this triangle's point nearest to the origin. If the
+    foot of the perpendicular from the origin lies inside, it is the nearest point. If not, the nearest point is on one
+    of the three sides (C. Ericson: Real-Time Collision Detection (2005), section 5.1.5).
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, ac = b - a, c - a
@@ -237,10 +238,10 @@ def _shortest(at_corners: Float64Array) -> Float64Array:
 
 
 def _is_at_corner(at_corners: Float64Array) -> BoolArray:
-    """Return, shape (k,), True for triangles in which the shortest blend of three vectors is one of the three.
+    """Return True for triangles in which the shortest blend of three vectors is one of these vectors, shape (k,).
 
-    `at_corners`, shape (k, 3, 3), holds the three vectors of each triangle. If the shortest blend is at a corner, the
-    length of the blend increases from that corner along both of its sides.
+    `at_corners`, shape (k, 3, 3), has the three vectors of each triangle. If the shortest blend is at a corner, the
+    length of the blend increases from this corner along both sides.
     """
     a, b, c = at_corners.transpose(1, 2, 0)
     ab, bc, ca = b - a, c - b, a - c
@@ -255,9 +256,9 @@ _SMOOTH = 2.0
 
 
 def creases(vertices: LitVertices, corners: IntArray) -> Iterator[Places]:
-    """Yield places at creases of the lighting in triangles, where one of several values changes its sign.
+    """Yield places at creases: in each triangle, places where one of several values changes its sign.
 
-    `corners` holds the vertices of m triangles, shape (m, 3). The values are:
+    `corners`, shape (m, 3), are the vertices of m triangles. The values are:
 
     - n·l, at a light's terminator;
     - n·v, or n along the view axis, where a two-sided surface turns;
@@ -289,7 +290,7 @@ _ASIDE = 2.0**-5
 
 
 def _sign_changes(values: FloatArray) -> Iterator[Places]:
-    """Yield places where a value changes its sign, and places next to them, in the triangles where the sign changes.
+    """Yield places where a value changes its sign, and places next to these, in all triangles with a change of sign.
 
     The value is 0 along a line. The crossings of this line with two sides of a triangle are yielded first, then their
     middle, then places slightly to both sides of these three.

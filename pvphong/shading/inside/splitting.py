@@ -68,16 +68,16 @@ class Refinement:
 
     @property
     def errors(self) -> Float64Array:
-        """Largest error of each triangle at the samples so far, shape (m,); 0 in a triangle without an area."""
+        """Largest error in each triangle at the samples so far, shape (m,); 0 in a triangle without an area."""
         result: Float64Array = self._known["error"]
         return result
 
     def run(
         self, tolerance: float, limit: int, *, cut: bool, after_round: Callable[[], object] = lambda: None
     ) -> Stopped:
-        """Split triangles until every error is within `tolerance` or splitting does not help; return the reason for
-        stopping.
+        """Split triangles until every error is within the tolerance, or splitting does not help.
 
+        Return the reason for the end.
         The method always stops, because each round adds a point, and `limit` bounds the number of points.
 
         Parameters
@@ -127,7 +127,10 @@ class Refinement:
         return (len(parts) - first) / expected if expected > 0.0 else 1.0
 
     def _next_round(self, tolerance: float) -> IntArray:
-        """Return the triangles to split next. Return an empty array if all triangles that can be split are accurate."""
+        """Return the triangles to split next.
+
+        Return an empty array if all errors that splits can reduce are within the tolerance.
+        """
         while True:
             rows = self._poor(tolerance)
             if not len(rows):
@@ -147,15 +150,16 @@ class Refinement:
         return np.flatnonzero((self.errors > _AIM * tolerance) & ~self._known["stuck"])
 
     def _urgency(self, rows: IntArray) -> Float64Array:
-        """Return the error of each triangle of `rows`, times its longest side.
+        """Return the urgency of splitting each triangle of `rows`: its error times its longest side.
 
         Of two triangles with equal errors, the larger is more visible.
         """
         return self.errors[rows] * self._known["longest"][rows]
 
     def _finish(self, tolerance: float) -> None:
-        """Take the remaining samples of all triangles. Where the error is close to the tolerance, take dense samples
-        too.
+        """Take the remaining samples of all triangles.
+
+        In triangles whose error is close to the tolerance, add dense samples.
         """
         rows = np.flatnonzero(~self._known["finished"])
         for errors_of in (more_errors, partial(pattern_errors, DENSE)):
@@ -165,13 +169,11 @@ class Refinement:
             rows = rows[(self.errors[rows] > _CLOSE * tolerance) & (self.errors[rows] <= _AIM * tolerance)]
 
     def _look_for_jumps(self, rows: IntArray, tolerance: float) -> None:
-        """Search the triangles `rows` for jumps of the colour, and mark triangles as stuck that splitting would not
-        improve.
+        """Search the triangles `rows` for jumps of the colour.
 
-        Triangles in which the colour jumps are stuck. So are triangles that share a vertex with a triangle in which it
-        jumps.
-
-        For example, around a vertex without a normal, colours vary as much in small triangles as in large ones.
+        Mark triangles as stuck if splitting would not improve them. Triangles in which the colour jumps are stuck, and
+        triangles that share a vertex with them. For example, around a vertex without a normal, colours vary as much in
+        small triangles as in large ones.
         """
         corners = self.surface.triangles.corners
         steps, errors = jumps(self.surface.vertices, corners[rows])
@@ -181,7 +183,7 @@ class Refinement:
         self._known["stuck"][rows] |= at_jumps[corners[rows]].any(axis=1)
 
     def _spend_what_is_left(self, tolerance: float, limit: int) -> None:
-        """Split the most urgent triangles, as many as the largest number of points, `limit`, allows."""
+        """Split the most urgent triangles until the number of points reaches `limit`."""
         rows = self._poor(tolerance)
         rows = rows[np.argsort(-self._urgency(rows), kind="stable")]
         fits, too_many = 0, len(rows) + 1
@@ -197,7 +199,7 @@ class Refinement:
         self._look_for_jumps(self._poor(tolerance), tolerance)
 
     def _measure(self, rows: IntArray, tolerance: float) -> None:
-        """Record the sizes of the triangles `rows`, which are new or changed, and their errors at the first samples."""
+        """Record the sizes and the errors at the first samples of the triangles `rows`, which are new or changed."""
         corners = self.surface.triangles.corners[rows]
         points = self.surface.vertices.points
         longest, height = sizes(points, corners)

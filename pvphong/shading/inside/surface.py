@@ -16,7 +16,7 @@ class Added(NamedTuple):
     """Vertices added by one split or cut."""
 
     parents: IntArray
-    """The two vertices that each new vertex lies between, shape (k, 2)."""
+    """The two vertices of which each new vertex is a blend, shape (k, 2)."""
     along: Float64Array
     """Position as a fraction of the way from the first parent to the second, shape (k,)."""
 
@@ -44,7 +44,7 @@ class LitSurface:
     vertices : LitVertices
         Current vertices; the given vertices come first.
     added : list of Added
-        Records of the added vertices, in order.
+        Records of all splits and cuts, in order.
     diagonal : float
         Diagonal of the bounding box.
     """
@@ -63,9 +63,10 @@ class LitSurface:
         self.diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
 
     def split(self, marks: BoolArray) -> IntArray:
-        """Split the sides where `marks` is True, and light the new vertices at the sides' middles.
+        """Split the marked sides of triangles, and light the new vertices at the sides' middles.
 
-        `marks` is the result of `Triangles.marks`. Return the indices of the triangles that are new or changed.
+        `marks` is the result of `Triangles.marks`: True for each side to split. Return the indices of the triangles
+        that are new or changed.
 
         On a smooth surface, the vertices are moved to the middles of cubic curves. Each curve joins a side's ends and
         is perpendicular to the ends' normals. Such curves are the sides of PN triangles (A. Vlachos, J. Peters, C.
@@ -81,8 +82,8 @@ class LitSurface:
     def cut(self, light: int, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> None:
         """Cut along the edge of a light's shadow or cone, and light the new vertices.
 
-        `light` is the light's index. The other arguments are as for `Triangles.cut`. A cut has two sheets, 1 and -1:
-        vertices on sheet 1 see the light; vertices on sheet -1 do not.
+        `light` is the light's index. The other arguments are as for `Triangles.cut`. A cut parts the surface into two
+        sheets. Vertices on sheet 1 see the light; vertices on sheet -1 do not.
         """
         opposite = np.repeat(self._opposite(np.flatnonzero(crossed)), 2)
         cut = self.triangles.cut(signs, crossed, along, inner)
@@ -101,20 +102,17 @@ class LitSurface:
         return np.bincount(self.triangles.sides.ravel(), minlength=len(self.triangles.ends))
 
     def _opposite(self, sides: IntArray) -> IntArray:
-        """Return, shape (k,), for each of `sides` the opposite corner in the only triangle that has this side.
-
-        For a side that several triangles share, the entry is -1.
-        """
+        """Return the corner opposite to each of `sides` in its triangle, shape (k,); -1 for a shared side."""
         corners = np.full(len(self.triangles.ends), -1)
         corners[self.triangles.sides] = np.roll(self.triangles.corners, 1, axis=1)
         corners[self._triangles_of != 1] = -1
         return corners[sides]
 
     def seen_on_sides(self, light: int, sides: IntArray, along: Float64Array) -> Float64Array:
-        """Return the visible part of a light without a size from s places along each of k sides, shape (k, s).
+        """Return the visible part, 0 or 1, of a light without a size from s places along each of k sides, shape (k, s).
 
-        `along` holds the places as fractions of the sides, measured from the first end, shape (k, s) or (s,). If a side
-        belongs to a single triangle, the rays begin slightly inside this triangle.
+        `light` is the light's index. `along` has the places as fractions of the sides, measured from the first end,
+        shape (k, s) or (s,). If a side belongs to a single triangle, the rays begin slightly inside this triangle.
         """
         return self._seen_between(light, self.triangles.ends[sides], along, self._opposite(sides))[0]
 

@@ -5,9 +5,9 @@ it, so that no vertex lies inside another triangle's side. This is longest-edge 
 refining triangular grids suitable for adaptive and multigrid techniques. International Journal for Numerical Methods in
 Engineering 20 (1984), 745-756).
 
-Lengths are measured as if every given triangle were equilateral. In this measure, the parts of a triangle have only
-three shapes, with no angle below 30°. The true shapes follow from these by one affine map, so that bisection preserves
-the shape of the given triangle. A long thin triangle is bisected along both of its directions, as by uniform
+Lengths are measured as if every given triangle were equilateral. With these lengths, the parts of a triangle have only
+three shapes, with no angle below 30°. The true shapes follow from these three by one affine map, so that bisection
+preserves the shape of the given triangle. A long thin triangle is bisected along both of its directions, as by uniform
 subdivision, and its parts do not get thinner.
 
 A cut parts the surface into two sheets along a line. The sheets have separate vertices at the same places. Their
@@ -27,7 +27,7 @@ _TIE = 2.0**-10
 
 
 def marked(count: int, numbers: IntArray) -> BoolArray:
-    """Return an array of `count` flags, True at the indices `numbers`."""
+    """Return an array of `count` flags: True at the given indices, else False."""
     marks = np.zeros(count, dtype=bool)
     marks[numbers] = True
     return marks
@@ -42,7 +42,8 @@ class Cut(NamedTuple):
     along: Float64Array
     """Position as a fraction of the side, shape (k,)."""
     sheets: IntArray
-    """Sheet of every vertex, 1 or -1, shape (n + k,); 0 for a vertex on the line that belongs to no sheet."""
+    """Sheet of every vertex, old and new, shape (n + k,): 1 or -1; 0 for a vertex on the line that belongs to no sheet.
+    """
 
 
 class Triangles:
@@ -66,13 +67,13 @@ class Triangles:
     ends : ndarray
         Shape (s, 2): ends of each side.
     ties : ndarray
-        Shape (s,): number that ties sides together. If cuts make copies of a side, the side and its copies have the
+        Shape (s,): a number for each side, its tie. If cuts make copies of a side, the side and its copies have the
         same tie, and their ends are in the same order.
     source : ndarray
-        Shape (m,): given triangle that each triangle is a part of.
+        Shape (m,): index of the given triangle of which each triangle is a part.
     places : ndarray
-        Shape (n_vertices,): number that stands for the position of each vertex. If cuts make copies of a vertex, the
-        vertex and its copies have the same number.
+        Shape (n_vertices,): a number for the position of each vertex. If cuts make copies of a vertex, the vertex and
+        its copies have the same number.
     n_vertices : int
         Current number of vertices.
     """
@@ -100,8 +101,8 @@ class Triangles:
     def _add_sides(self, ends: IntArray, squares: Float64Array, ties: IntArray | None = None) -> IntArray:
         """Add sides and return their numbers.
 
-        `ends` has the shape (k, 2). `squares`, shape (k,), holds the sides' squared lengths. `ties`, shape (k,), holds
-        the sides' ties; without it, each side gets a new tie.
+        `ends`, shape (k, 2), has the two vertices of each side. `squares`, shape (k,), has the squared lengths. `ties`,
+        shape (k,), has the ties; by default, each side gets a new tie.
         """
         added = len(self.ends) + np.arange(len(ends))
         ties = self._n_ties + np.arange(len(ends)) if ties is None else ties
@@ -111,7 +112,7 @@ class Triangles:
         return added
 
     def with_tied(self, marks: BoolArray) -> BoolArray:
-        """Return flags of sides: True for all sides that have the same tie as a side where `marks` is True."""
+        """Return flags of sides: True for each side that has the same tie as a side where `marks` is True."""
         if self._n_ties == len(self.ends):  # no sides are tied together
             return marks
         return marked(self._n_ties, self.ties[marks])[self.ties]
@@ -119,15 +120,15 @@ class Triangles:
     # -- bisection
 
     def marks(self, rows: IntArray, shaped: BoolArray) -> BoolArray:
-        """Return, shape (s,), True for the sides to split, so that each triangle is split through its longest side.
+        """Return True for the sides to split, shape (s,), so that each triangle is split through its longest side.
 
         Parameters
         ----------
         rows : ndarray of int
             The triangles to split.
         shaped : ndarray of bool
-            Shape (m,): True for triangles with an area. Triangles without one are split only at sides that neighbours
-            split.
+            Shape (m,): True for triangles with an area. Triangles without an area are split only at sides that
+            neighbours split.
         """
         longest = np.take_along_axis(self.sides, self._squares[self.sides].argmax(axis=1)[:, None], axis=1)[:, 0]
         marks = marked(len(self.ends), longest[rows])
@@ -140,7 +141,9 @@ class Triangles:
             marks[more] = True
 
     def split(self, marks: BoolArray) -> tuple[IntArray, IntArray]:
-        """Split the sides marked in `marks`, a result of the method `marks`, and all triangles that have such a side.
+        """Split the sides where `marks`, a result of the method `marks`, is True.
+
+        Split all triangles that have such a side.
 
         Returns
         -------
@@ -171,8 +174,8 @@ class Triangles:
     def _bisect(self, rows: IntArray, middle: IntArray, half: IntArray) -> IntArray:
         """Split each triangle of `rows` from the middle m of its longest split side pq to the opposite corner r.
 
-        Return the numbers of the parts. `middle` and `half` have an entry for each side: the vertex at the side's
-        middle, and the first of its two halves, which are sides with consecutive numbers. The entries are −1 if the
+        Return the indices of the parts. `middle` and `half` have an entry for each side: the vertex at the side's
+        middle, and the first of its two halves, which are sides with consecutive numbers. Both entries are −1 if the
         side is not split.
         """
         squares = np.where(middle[self.sides[rows]] >= 0, self._squares[self.sides[rows]], -1.0)
@@ -185,10 +188,10 @@ class Triangles:
         return self._replace(rows, [(p, m, r, pm, mr, rp), (m, q, r, mq, qr, mr)])
 
     def _replace(self, rows: IntArray, parts: list[tuple[IntArray, ...]]) -> IntArray:
-        """Replace the triangles `rows` by parts, and return the parts' numbers.
+        """Replace the triangles `rows` by parts, and return the indices of the parts.
 
-        An entry of `parts` is six arrays with an element for each triangle: the three corners of one of its parts, then
-        the three sides. The first part takes the number of its triangle; the others get new numbers.
+        Each entry of `parts` is one part of every triangle, as six arrays with an element per triangle: three corners,
+        then three sides. The first part keeps the index of its triangle; the others get new indices.
         """
         (first, *others), count = (np.stack(part, axis=1) for part in parts), len(self)
         self.corners[rows], self.sides[rows] = first[:, :3], first[:, 3:]
@@ -200,15 +203,15 @@ class Triangles:
     # -- cuts
 
     def from_end(self, sides: IntArray, vertices: IntArray, along: Float64Array) -> Float64Array:
-        """Return the position of the crossing on each side, a fraction of the side, measured from one of its ends.
+        """Return the position of the crossing on each of k sides, as a fraction of the side, measured from a given end.
 
-        `sides` and `vertices`, shape (k,), are the sides and the ends to measure from. `along`, shape (s,), holds the
+        `sides` and `vertices`, shape (k,), are the sides and the ends to measure from. `along`, shape (s,), has the
         fractions for all sides, measured from each side's first end.
         """
         return np.where(self.ends[sides, 0] == vertices, along[sides], 1.0 - along[sides])
 
     def cut(self, signs: IntArray, crossed: BoolArray, along: Float64Array, inner: IntArray) -> Cut:
-        """Cut along a line that crosses the given sides, and separate its two sheets.
+        """Cut along a line that crosses the given sides, and separate the surface into two sheets along the line.
 
         A triangle with two crossed sides is cut between the crossings, as in marching triangles. A triangle with a
         single crossed side is cut from this crossing to the opposite corner. The squared lengths of the parts' sides
@@ -249,10 +252,10 @@ class Triangles:
         return Cut(parents, np.concatenate([at, np.zeros(len(doubled))]), sheets)
 
     def _turned(self, rows: IntArray, first: IntArray) -> tuple[IntArray, ...]:
-        """Return the three corners, then the three sides, of the triangles `rows`: six arrays of shape (k,).
+        """Return the triangles `rows` with rotated corners and sides: three arrays of corners, then three of sides.
 
-        Corners and sides are in cyclic order. The first corner is the one with the index `first`, 0 to 2, and the first
-        side leads from it to the second corner.
+        Each array has the shape (k,). The first corner is the one with the index `first`, 0 to 2, and the first side
+        leads from it to the second corner.
         """
         turn = (first[:, None] + np.arange(3)) % 3
         corners, sides = (np.take_along_axis(each[rows], turn, axis=1) for each in (self.corners, self.sides))
@@ -261,14 +264,14 @@ class Triangles:
     def _cut_between(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut the triangles `rows`, a b c, from x on ab to y on ca, and split the quadrangle x b c y.
+        """Cut the triangles `rows` with the corners a, b, c from x on ab to y on ca, and split the quadrangle x b c y.
 
         The quadrangle is split at its shorter diagonal.
 
-        `crossed` and `along` are as for `cut`. `signs` is too, but has entries for the new vertices as well. `new` and
-        `piece` have an entry for each side, or −1 if the side is not cut. An entry of `new` is the number of the side's
-        new vertex on sheet 1; the copy of this vertex on sheet -1 has the next number. An entry of `piece` is the
-        number of the first of the side's two pieces.
+        `crossed` and `along` are as for `cut`. `signs` is as for `cut` too, with entries for the new vertices at the
+        end. `new` and `piece` have an entry for each side, or −1 if the side is not cut. An entry of `new` is the
+        number of the side's new vertex on sheet 1; the copy of this vertex on sheet -1 has the next number. An entry of
+        `piece` is the number of the first of the side's two pieces.
         """
         a, b, c, ab, bc, ca = self._turned(rows, ((~crossed[self.sides[rows]]).argmax(axis=1) + 2) % 3)
         is_lower = signs[a] < 0
@@ -295,7 +298,7 @@ class Triangles:
     def _cut_to_corner(
         self, rows: IntArray, crossed: BoolArray, along: Float64Array, signs: IntArray, new: IntArray, piece: IntArray
     ) -> None:
-        """Cut the triangles `rows`, p q r, from x on the side pq to the corner r.
+        """Cut the triangles `rows` with the corners p, q, r from x on the side pq to the corner r.
 
         The other arguments are as for `_cut_between`. Both sheets share the vertex r until `_part_sheets` doubles it.
         """

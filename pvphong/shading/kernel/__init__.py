@@ -1,8 +1,8 @@
 """The kernel: the same equation and the same formulas as `reference.py`, compiled by Numba, on several threads.
 
 Numba is an optional extra. It is imported at the first use of the kernel, and compiled code is kept on disk. If a call
-must not wait and code is missing, the kernel declines the equation, that is, leaves it to the reference; another
-process compiles the code. The kernel also declines an equation that it does not support:
+must not wait and code is missing, the kernel declines the equation: the reference evaluates it, and another process
+compiles the code. The kernel also declines an equation that it does not support:
 
 - a light without `placement`, or a light or reflectance whose formula is not marked by `formula`
 - a scene coordinate beyond 2¹⁰⁰
@@ -85,7 +85,7 @@ def has_run() -> bool:
 
 
 def seconds_compiling(run: Callable[[], object]) -> float:
-    """Call `run`, and return how many seconds Numba compiled during the call. Without Numba, return 0.
+    """Call `run`, and return the seconds for which Numba compiled during the call. Without Numba, return 0.
 
     Loading code from disk does not count.
     """
@@ -117,7 +117,7 @@ class CannotCompile(Exception):
 
 
 def compile_all(report: Callable[[str, int, int], object]) -> Path:
-    """Compile all code for pvphong's own lights and reflectances in several processes, and return its folder.
+    """Compile all code for pvphong's own lights and reflectances in several processes. Return the folder of the code.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> Path:
 
 
 def evaluator() -> Callable[..., bool] | None:
-    """Return `evaluation.shade` with its first argument bound to this process's library; None without Numba."""
+    """Return `evaluation.shade` for this process's library of compiled code; None without Numba."""
     library = _library()
     if library is None:
         return None
@@ -162,10 +162,10 @@ def evaluator() -> Callable[..., bool] | None:
 def point_normals(
     points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], weighting: Weighting, *, waits: bool = True
 ) -> Float64Array | None:
-    """Return unit normals of a mesh's points, shape (n, 3); or None if NumPy must compute them or refuse the mesh.
+    """Return unit normals of a mesh's points, shape (n, 3). Return None if NumPy must compute them or refuse the mesh.
 
-    They differ from the normals of `pvphong.geometry.normals.point_normals`, which NumPy computes, by rounding alone.
-    Neither the numbering of the points nor the number of threads changes any bit.
+    They equal those of `pvphong.geometry.normals.point_normals`, which NumPy computes, up to rounding. Neither the
+    numbering of the points nor the number of threads changes any bit.
 
     Parameters
     ----------
@@ -194,10 +194,10 @@ def point_normals(
 def split_points(
     points: FloatArray, connectivity: NDArray[Any], offsets: NDArray[Any], angle: float, *, waits: bool = True
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Split a mesh's points along sharp edges, as VTK's filter vtkSplitSharpEdgesPolyData does; or return None.
+    """Split a mesh's points along sharp edges, as VTK's vtkSplitSharpEdgesPolyData does.
 
-    The result equals the filter's and does not depend on the number of threads. None is returned without compiled code,
-    and for faces that VTK divides or refuses: faces with more than 384 corners or fewer than three, or with an index
+    The result equals the filter's and does not depend on the number of threads. Return None without compiled code, and
+    for faces that VTK divides or refuses: faces with more than 384 corners or fewer than three, or with an index
     outside the points.
 
     Parameters
@@ -225,7 +225,7 @@ def split_points(
 
 
 class Casters(NamedTuple):
-    """Embree scenes, and the functions that test sixteen rays with a scene."""
+    """Embree scenes, and the addresses of the functions that test sixteen rays with a scene."""
 
     occluded: int
     """Address of `rtcOccluded16`."""
@@ -240,7 +240,10 @@ class Casters(NamedTuple):
 
 
 def rays_obstacle() -> str:
-    """Return the reason why compiled code cannot cast rays now; "" if it can. Another process compiles missing code."""
+    """Return the reason why compiled code cannot cast rays now; "" if it can.
+
+    If code is missing, another process compiles it for later calls.
+    """
     library = _library()
     if library is None:
         return f"nothing can be compiled {(obstacle() or [''])[0]}"
@@ -252,7 +255,7 @@ def rays_obstacle() -> str:
 
 
 def stages_of(sampling: Sampling) -> tuple[int, int] | None:
-    """Return the addresses of the compiled functions `frame` and `sample` of a light's sampling.
+    """Return the addresses of the compiled functions `frame` and `sample`, which sample the rays to a light.
 
     Return None if they are not compiled yet; another process then compiles them.
     """
@@ -264,7 +267,7 @@ def stages_of(sampling: Sampling) -> tuple[int, int] | None:
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """Call `rays.part_seen` with this process's library, followed by `arguments`.
 
-    It requires that `rays_obstacle` returns "".
+    Call it only if `rays_obstacle` is "".
     """
     from pvphong.shading.kernel import rays
 
@@ -274,7 +277,7 @@ def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, in
 def point_seen(*arguments: Any) -> int:
     """Call `rays.point_seen` with this process's library, followed by `arguments`.
 
-    It requires that `rays_obstacle` returns "".
+    Call it only if `rays_obstacle` is "".
     """
     from pvphong.shading.kernel import rays
 
@@ -284,7 +287,7 @@ def point_seen(*arguments: Any) -> int:
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
     """Call `hits.vertices_met` with this process's library, followed by `arguments`.
 
-    It requires that `rays_obstacle` returns "".
+    Call it only if `rays_obstacle` is "".
     """
     from pvphong.shading.kernel import hits
 
@@ -292,7 +295,10 @@ def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
 
 
 def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
-    """Return `hits.gathered` for this process's library; None without Numba, or if its code must be compiled first."""
+    """Return `hits.gathered` for this process's library.
+
+    Return None without Numba, or if code must be compiled first.
+    """
     library = _library()
     if library is None:
         return None
@@ -303,14 +309,14 @@ def gatherer() -> Callable[[NDArray[np.int32], FloatArray], FloatArray] | None:
 
 
 class Blends(NamedTuple):
-    """The functions `blended` and `differences` of `blends`, with this process's library as their first argument."""
+    """The functions `blended` and `differences` of the module `blends`, for this process's library."""
 
     blended: Callable[..., Float64Array]
     differences: Callable[[Float64Array, Float64Array], Float64Array]
 
 
 def blending() -> Blends | None:
-    """Return the functions of `blends`; None without Numba, or if another process must compile them first."""
+    """Return the functions of the module `blends`. Return None without Numba, or if code must be compiled first."""
     library = _library()
     if library is None:
         return None
@@ -322,10 +328,7 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Call `hits.hits` with this process's library, followed by `arguments`.
-
-    It requires that `rays_obstacle` returns "".
-    """
+    """Call `hits.hits` with this process's library, followed by `arguments`. Call it only if `rays_obstacle` is ""."""
     from pvphong.shading.kernel import hits
 
     return hits.hits(_compiled(), *arguments)
@@ -334,7 +337,7 @@ def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
 def rays_blocked(*arguments: Any) -> BoolArray:
     """Call `rays.blocked` with this process's library, followed by `arguments`.
 
-    It requires that `rays_obstacle` returns "".
+    Call it only if `rays_obstacle` is "".
     """
     from pvphong.shading.kernel import rays
 

@@ -37,14 +37,14 @@ _STORED_AND_REAL = ("float32", "float32"), ("float64", "float32"), ("float64", "
 
 
 class CompilationUnit(NamedTuple):
-    """Code of one function for one combination of types."""
+    """Code of one function for one combination of types; `compile` compiles it."""
 
     name: str
     compile: Callable[[], object]
 
 
 def pieces(library: Library) -> list[CompilationUnit]:
-    """Return all functions to compile in advance: for meshes, rays, and pvphong's own lights and reflectances."""
+    """Return all code to compile in advance: for meshes, for rays, and for pvphong's own lights and reflectances."""
     result = [
         CompilationUnit("faces", partial(normals.survey_code, library)),
         *(CompilationUnit(f"normals, {real}", partial(normals.normals_code, library, real)) for real in _REALS),
@@ -74,7 +74,7 @@ def pieces(library: Library) -> list[CompilationUnit]:
 
 
 def is_kept() -> bool:
-    """Return True if all code is on disk."""
+    """Return True if all code is on disk already."""
     try:
         for piece in pieces(Library().cached_only):
             piece.compile()
@@ -84,7 +84,7 @@ def is_kept() -> bool:
 
 
 def compile_all(report: Callable[[str, int, int], object]) -> None:
-    """Compile the code that is not on disk, in as many processes as pvphong uses threads.
+    """Compile the code that is not on disk, with one process for each thread that pvphong uses.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def compile_all(report: Callable[[str, int, int], object]) -> None:
 
 
 def _leave_interrupts() -> None:
-    """Ignore Ctrl-C in a compiling process, because the process that waits for it handles the interrupt."""
+    """Ignore Ctrl-C in a compiling process. The process that waits for it handles the interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -127,7 +127,7 @@ _Named = Iterable[tuple[str, Callable[..., Any]]]
 
 
 def _of_lights() -> _Named:
-    """Return the stages of all kinds of light, with and without attenuation."""
+    """Return the compiled loops (stages) of all kinds of light, with and without attenuation, each with its name."""
     placed = {name: _sample(kind).placement for name, kind in LIGHT_TYPES.items()}
     return _distinct(
         (name, stages.light_stage(placement.falloff, weakens, placement.pattern))
@@ -138,7 +138,10 @@ def _of_lights() -> _Named:
 
 
 def _of_lights_with_a_size() -> _Named:
-    """Return the stages of all area lights, for Phong's diffuse lobe, its highlight, and both together."""
+    """Return the stages of all area lights, each with its name.
+
+    Each is compiled for Phong's diffuse lobe, for its highlight, and for both together.
+    """
     diffuse, highlight = CosinePower("normal", 1.0), CosinePower("mirror", 20.0)
     lights = [(name, part) for name, kind in LIGHT_TYPES.items() for _, part in _sample(kind).tints()]
     return _distinct(
@@ -150,7 +153,10 @@ def _of_lights_with_a_size() -> _Named:
 
 
 def _of_samplings() -> _Named:
-    """Return the stages that sample rays to each kind of light with a size, to the sky, and to an image of the sky."""
+    """Return the stages that sample rays, each with its name.
+
+    The rays go to each kind of light with a size, to the sky, and to an image of the sky.
+    """
     found = {name: _sample(kind).sampling for name, kind in LIGHT_TYPES.items()}
     by_light = [(name, each.frame, each.sample) for name, each in found.items() if each is not None]
     chosen = [*by_light, ("sky", sky_frame, sky_sample), ("image", sky_frame, image_sample)]
@@ -162,7 +168,7 @@ def _of_samplings() -> _Named:
 
 
 def _of_reflectances() -> _Named:
-    """Return the stages of all reflectances, for each choice of lobes."""
+    """Return the stages of all reflectances for each choice of lobes, each with its name."""
     kinds: dict[str, Any] = {**REFLECTANCES, "headlight in VTK": VtkHeadlight}
     samples = {name: _sample(kind) for name, kind in kinds.items()}
     return _distinct(
@@ -174,13 +180,19 @@ def _of_reflectances() -> _Named:
 
 
 def _sample(kind: Any) -> Any:
-    """Return an instance of a kind, with 1 for fields without a default, and for widths, so that it has a size."""
+    """Return an instance of `kind`, a class of lights or reflectances.
+
+    Fields without a default, and widths, are 1, so that the instance has a size.
+    """
     wide = {name: 1.0 for name, role in roles_of(kind).items() if isinstance(role, Width)}
     return kind(*(1.0 for each in fields(kind) if each.default is MISSING), **wide)
 
 
 def _distinct(stages_of_all: _Named) -> _Named:
-    """Return the pairs of name and stage without duplicates: of stages with the same code, the last one is kept."""
+    """Return the given pairs of name and stage without duplicates.
+
+    Of stages with the same code, the last one is kept.
+    """
     return {code_identity(stage): (name, stage) for name, stage in stages_of_all}.values()
 
 
@@ -207,7 +219,10 @@ def main() -> None:
 
 
 def _request() -> Request | None:
-    """Return the request; None if its lights or reflectances cannot be imported, as in an interactive session."""
+    """Read the request from standard input.
+
+    Return None if its lights or reflectances cannot be imported, for example if an interactive session defines them.
+    """
     try:
         request = pickle.load(sys.stdin.buffer)
     except (AttributeError, ImportError, EOFError):

@@ -1,4 +1,4 @@
-"""Arithmetic of the kernel that libraries do not offer in a vectorisable form: max(1 − d, floor)ⁿ.
+"""Arithmetic of the kernel that libraries do not offer in a vectorisable form, such as max(1 − d, floor)ⁿ.
 
 A call of libm's `log` or `exp` inside a loop prevents LLVM from vectorising it; polynomials and shifts of exponent bits
 do not. In both precisions, the power is 2^(n·log2(1 − d)).
@@ -16,7 +16,7 @@ float64  log2(1 + t) = z·P(z²), P of degree 7,  2^r = 1 + r·Q(r), Q of
          z = t / (2 + t): 4e-18                 degree 10, |r| <= ½: 7e-18  1.5 · 2⁻⁵³ + n·δd
 =======  =====================================  ==========================  ===========================
 
-Here δd is the error of the given d. The power amplifies it by n.
+Here δd is the error of the given d. The power multiplies this error by n.
 
 LLVM may contract a product and a sum into one rounding in these polynomials only, where no result depends on it. The
 rest of the kernel is plain IEEE arithmetic, with `multiply_add` for a single rounding, so that a vertex's bits depend
@@ -81,8 +81,9 @@ def contracted(function: Function) -> Function:
 
 @intrinsic
 def multiply_add(_typing: Any, a: Any, b: Any, c: Any) -> Any:  # noqa: ARG001 Numba reads their names
-    """Return a·b + c for three numbers of one type, rounded once on processors with fast fused multiply-add.
+    """Return a·b + c for three numbers of one type.
 
+    The result is rounded once on processors with fast fused multiply-add.
     LLVM would contract some products and sums by itself, depending on the loop around them. `multiply_add` is
     contracted in every loop.
     """
@@ -132,18 +133,18 @@ _LEAST32, _LEAST64 = np.float32(-126.0), -1022.0
 
 
 def log2_power(square: Any, exponent: Any, least: Any) -> Any:
-    """Return n · max(log2(1 − d), `least`), where d is half of `square`, and n is `exponent`.
+    """Return `exponent` · max(log2(1 − d), `least`), where d is half of `square`.
 
     This is the logarithm of a power of a cosine: the angle's chord C has the squared length |C|² = `square`, and the
     cosine is 1 − d. All arguments have the same precision. (The floor is on the logarithm because 1 − floor would be
-    rounded by far more than the floor's own last bit.) If d >= 1 and `least` is −∞, the result is meaningless unless
-    n = 0. The result is never less than the exponent of the least normal number.
+    rounded by far more than the floor's own last bit.) If d >= 1 and `least` is −∞, the result is meaningless, except
+    for the exponent 0. The result is never less than the exponent of the least normal number.
     """
     raise NotImplementedError  # overloaded for each precision in compiled code
 
 
 def exp2(y: Any) -> Any:
-    """Return 2^y for a result of `log2_power`; results less than twice the least normal number are inexact."""
+    """Return 2^y for `y`, a result of `log2_power`. Results below twice the least normal number are inexact."""
     raise NotImplementedError  # overloaded for each precision in compiled code
 
 
@@ -241,10 +242,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @intrinsic
 def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
-    """Convert `value` to the type of the numbers in `rows`.
-
-    `rows` is a pointer to numbers, or a number.
-    """
+    """Convert `value` to the type of the numbers in `rows`, which is a number or a pointer to numbers."""
     kind = getattr(rows, "dtype", rows)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -255,7 +253,7 @@ def as_type_of(_typing: Any, rows: Any, value: Any) -> Any:
 
 @intrinsic
 def shifted(_typing: Any, pointer: Any, count: Any) -> Any:  # noqa: ARG001 Numba reads its name
-    """Return a pointer to the entry `count` entries after the one that `pointer` points to."""
+    """Return `pointer` moved by `count` entries."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.gep(*arguments[:1], [arguments[1]])
@@ -281,7 +279,10 @@ def is_nowhere(_typing: Any, pointer: Any) -> Any:
 
 @intrinsic
 def call_stage(_typing: Any, address: Any, numbers: Any, rows: Any, points: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Call the stage at an address with the arguments (numbers, rows, points), and return its integer result."""
+    """Call the stage (a compiled loop over a block) at the address `address`. Return its integer result.
+
+    `numbers`, `rows` and `points` are the stage's arguments.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target, *pointers = arguments
@@ -319,7 +320,7 @@ _BOUND: list[Callable[..., Any]] = []
 
 
 def bind_formulas() -> None:
-    """Let compiled code call every function that `formulas.formula` has marked since the last call."""
+    """Let compiled code call every function that the decorator `formulas.formula` has marked since the last call."""
     for function in formulas.FORMULAS[len(_BOUND) :]:
         register_jitable(**INLINED)(function)
         _BOUND.append(function)

@@ -44,8 +44,8 @@ def blend(
     corners, sides
         `sides` vertices for each face.
     weights, stride
-        A weight for each corner, place after place. `stride` is the distance from the weights of one face to those of
-        the next: 0 if all faces share the weights.
+        A weight for each corner, place after place. `stride` is the distance from the first weight of one face to the
+        first weight of the next face: 0 if all faces share the weights.
     places, count : int
         Number of places in a face, and number of faces.
     blends
@@ -65,9 +65,9 @@ def blend(
 
 
 def compare(colors: Any, others: Any, count: int, differences: Any) -> int:
-    """Compute, for `count` pairs of colours, the largest absolute difference of a channel; NaN if a channel is NaN.
+    """Compute the largest absolute difference of a channel for each of `count` pairs of colours; return `count`.
 
-    Return `count`.
+    The difference is NaN if a channel is NaN.
     """
     for i in range(count):
         most = abs(colors[3 * i] - others[3 * i])
@@ -101,7 +101,7 @@ def blended(
     low: float = -math.inf,
     high: float = math.inf,
 ) -> Float64Array:
-    """Interpolate clipped values by weights; see `pvphong.shading.inside.lighting.blended`."""
+    """Clip the values of vertices, and interpolate between vertices; see `pvphong.shading.inside.lighting.blended`."""
     values, weights = np.require(values, np.float64, ["C"]), np.require(weights, np.float64, ["C"])
     corners = np.require(corners, np.int64, ["C"])
     (count, sides), places, width = corners.shape, weights.shape[-2], values.shape[1]
@@ -113,7 +113,7 @@ def blended(
 
 
 def differences(library: Library, colors: Float64Array, others: Float64Array) -> Float64Array:
-    """Return, shape (n,), the largest absolute difference of a channel between two colours.
+    """Return the largest absolute difference of a channel between each pair of colours, shape (n,).
 
     `colors` and `others` have the shape (n, 3) and are C-contiguous.
     """

@@ -8,8 +8,8 @@ missing and rewritten. So any number of processes may read and write at once. (N
 files share an index, in which two concurrent writers can assign one function the other's code. And it checks only the
 source file of the function itself, not those of the functions that it calls.)
 
-If a call must not wait, another process compiles the missing code; that process may outlive this process. This process
-requests each piece once, so that code that cannot be compiled is not tried again and again.
+If a call must not wait, another process compiles the missing code; it may outlive this process. This process requests
+each piece only once, so that code that cannot be compiled is not tried repeatedly.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Store:
     function : callable
         The function to compile.
     sources : bytes
-        Digest of all sources on which its code depends.
+        Digest of all source files on which the function's code depends.
 
     Raises
     ------
@@ -105,7 +105,7 @@ class Store:
 
     @property
     def folder(self) -> Path:
-        """Folder of the files with compiled code."""
+        """Folder of the files with this function's compiled code."""
         return Path(self._form.locator.get_cache_path())
 
     def load_overload(self, signature: Any, context: Any) -> Any:
@@ -127,10 +127,10 @@ class Store:
             aside.write_bytes(key + digest(code) + code)
 
     def _path_and_key(self, signature: Any, codegen: Any) -> tuple[Path, bytes]:
-        """Return the path of a file and the key at its start.
+        """Return the path of the function's file for a signature, and the key at the start of the file.
 
-        The name is a digest of the function, its types, the values it closes over, the processor and Python. The key is
-        a digest of versions, sources and bytecode.
+        The file's name is a digest of the function, its types, the values that it closes over, the processor and
+        Python. The key is a digest of versions, sources and bytecode. `codegen` is Numba's code generator.
         """
         function = self._function
         cells = dumps(tuple(cell.cell_contents for cell in function.__closure__ or ()))
@@ -141,7 +141,7 @@ class Store:
 
 
 def digest(data: bytes) -> bytes:
-    """Return the SHA-256 digest of bytes: `_DIGEST` bytes."""
+    """Return the SHA-256 digest of `data`, as `_DIGEST` bytes."""
     return hashlib.sha256(data).digest()
 
 
@@ -161,7 +161,7 @@ class _Absent(Exception):
 
 
 class Code(CFunc):
-    """Compiled function, which other compiled code calls by its address, and Python by `call`.
+    """A compiled function. Other compiled code calls it by its address, and Python by `call`.
 
     Its code is read from disk if it is there. If not, and `compiles` is True, the code is compiled and written to disk.
     If `compiles` is False, `_Absent` is raised.
@@ -189,7 +189,7 @@ class Code(CFunc):
 
 
 def store_of(function: Callable[..., Any]) -> Store | None:
-    """Return the cache on disk of a function's code; None if no folder is writable, or sources are missing."""
+    """Return the cache on disk for a function's code. Return None if no folder is writable, or sources are missing."""
     formulas = [cell.cell_contents for cell in function.__closure__ or () if callable(cell.cell_contents)]
     modules = {each.__module__ for each in (function, *formulas)}
     if not all(map(_is_own, modules)):  # a user's formula may call any other
@@ -208,7 +208,7 @@ def _is_own(module: str) -> bool:
 def _sources(modules: tuple[str, ...]) -> bytes:
     """Return a digest of all source code that functions of the named modules may call.
 
-    That is the source of these modules, and of the packages with the kernel and the formulas. Raise OSError if a source
+    This is the source of these modules, and of the packages with the kernel and the formulas. Raise OSError if a source
     file is missing.
     """
     here = Path(__file__).parent
@@ -227,7 +227,7 @@ def code_identity(function: Callable[..., Any]) -> tuple[CodeType, tuple[Any, ..
 
 
 class Library:
-    """Code that has been compiled or read from disk in this process."""
+    """The code that this process has compiled or read from disk."""
 
     has_run: ClassVar[bool] = False
     """True if compiled code has lit vertices, computed normals or split points in this process."""
@@ -261,7 +261,10 @@ class Library:
         return self.folder and self.folder / "pvphong.lock"
 
     def stage(self, function: Callable[..., Any], real: str) -> int:
-        """Return the address of the compiled stage of a light or a reflectance, for rows of the type `real`."""
+        """Return the address of a compiled stage, the loop over a block for a light or reflectance.
+
+        `function` is the stage's Python function. `real` is the type of the block's numbers, "float32" or "float64".
+        """
         return self._code(function, stage_signature, real).where
 
     def call(self, function: Callable[..., Any], signature: Callable[..., Any], *kinds: str) -> Callable[..., int]:
@@ -283,8 +286,9 @@ class Library:
 
         The code is read from disk or compiled at the first call.
 
-        The key is `code_identity`, not the function, because each use of a stage creates its function anew. A library
-        that does not compile raises NotCompiled if the code is not on disk, or while another thread is compiling.
+        The key of the cache is `code_identity`, not the function, because each use of a stage creates a new function. A
+        library that does not compile raises NotCompiled if the code is not on disk, or while another thread is
+        compiling.
         """
         key = *code_identity(function), kinds
         code = self._codes.get(key)
@@ -312,7 +316,10 @@ class Library:
 
 
 def stage_signature(real: Any) -> Any:
-    """Return Numba's signature of a stage, (numbers, rows, points) → integer, for rows of the type `real`."""
+    """Return Numba's signature of a stage: three pointers as arguments, and an integer as result.
+
+    `real` is the Numba type of the rows.
+    """
     return types.intp(_FLOATS, types.CPointer(real), _FLOATS)
 
 
@@ -328,12 +335,14 @@ class _Compiler:
 
 
 def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
-    """Start a process that compiles missing code, unless it was requested before or a compiler is running.
+    """Start a process that compiles missing code.
+
+    Do nothing if this code was requested before, or a compiler is running.
 
     Parameters
     ----------
     missing
-        Key of the code.
+        Key of the missing code.
     request : Request or None
         Equation whose code is compiled first; None if the missing code belongs to the code that is always compiled.
     lock : Path or None
@@ -352,7 +361,7 @@ def ask_for(missing: Key, request: Request | None, lock: Path | None) -> None:
 
 
 def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | None:
-    """Return the result of `find`, called with a library that does not compile.
+    """Call `find` with a library that does not compile, and return the result.
 
     If code is missing, let another process compile it, and return None.
     """
@@ -366,7 +375,7 @@ def if_compiled(library: Library, find: Callable[[Library], Found]) -> Found | N
 def _start(request: Request | None) -> subprocess.Popen[bytes] | None:
     """Start a compiling process at low priority, detached from the terminal, and return it.
 
-    Return None, and start none, in a program that embeds Python.
+    In a program that embeds Python, start no process and return None. `request` is passed to the process.
     """
     if not Path(sys.executable or "").name.lower().startswith("python"):
         return None

@@ -1,21 +1,22 @@
 """The driver lights vertices block by block: it loads a block, adds light after light, and stores colours.
 
-The equation comes as records, so that its values are arguments of compiled code: moving or tinting a light does not
-compile anything. Branches are taken once per block. The driver does not depend on kinds of lights or reflectances.
-Their code is in stages, which the driver calls through pointers, once per block and light. Only the common cases are
-built in: a uniform light, and Lambert's factor, which the driver adds without storing it first.
+The equation is passed as records. Its values are arguments of compiled code, so no code is compiled when a light moves
+or changes its colour. Branches are taken once per block. The driver does not depend on kinds of lights or reflectances.
+Their code is in stages, compiled loops over a block, which the driver calls through pointers, once per block and light.
+Only the common cases are built in: a uniform light, and Lambert's factor, which the driver adds without storing it
+first.
 
 The driver's loops are simple enough for LLVM to vectorise. Literals are float32: a Python float would widen float32
 arithmetic. Where rows are float64, float32 literals are widened, exactly. There is no fast-math: each vertex's bits
 follow from IEEE arithmetic on its own numbers. Only `multiply_add` fuses products and sums, in the same way in every
 loop.
 
-Arguments that several functions share are described in the module `vertices`. Further, `varies` is True if the row
-`STRENGTH` has the light's strength at each vertex, and False if the strength is 1.
+Arguments that several functions share are described in the module `vertices`. In addition, `varies` is True if the row
+`STRENGTH` has the light's strength at each vertex, and False if the strength is 1 at all vertices.
 
 If components are requested, the driver computes the colours as separate shares, one after the other. A share is one
-component (ambient, diffuse, specular or emission) of one light's contribution, or of the light that no light source
-determines.
+component (ambient, diffuse, specular or emission) of one light's contribution, or of the colour that is independent of
+lights.
 """
 
 from __future__ import annotations
@@ -61,17 +62,17 @@ def shade(
     wide: Any,
     declined: Any,
 ) -> bool:
-    """Light vertices, and return True if none is declined. Declined vertices are marked, and the reference lights them.
+    """Light vertices; return True if none is declined. Declined vertices are marked, and the reference lights them.
 
     Parameters
     ----------
     points, normals
-        Consecutive vectors of all vertices; any pointers if not needed.
+        Vectors of all vertices, one after the other. A pointer that is not needed may have any value.
     albedo, diffuse, specular, emission
-        Consecutive colours of fields that have a map.
+        Colours of all vertices, one after the other, for fields that have a map.
     channels
-        Numbers of all vertices, channel after channel: visible parts of lights and of the sky, for both sides if
-        normals are turned towards the viewer, and maps.
+        Numbers of all vertices, channel after channel. First the visible parts of lights and of the sky, for both sides
+        if normals are turned towards the viewer; then maps.
     rgb, display
         Output colours: floats, or bytes if `is_display`.
     settings, terms, numbers
@@ -136,9 +137,10 @@ def shade(
 
 @compiled
 def _shine(normals: Any, first: int, s: Any, t: Any, rgb: Any) -> bool:
-    """Light a full block by one uniform light with Lambert's factor. This takes a third less time than using rows.
+    """Light a full block by one uniform light with Lambert's factor.
 
-    Return True if all normals can be used without scaling. If False is returned, the colours are invalid.
+    This takes a third less time than using rows. Return True if all normals can be used without scaling; otherwise the
+    colours are invalid.
 
     Parameters
     ----------
@@ -183,7 +185,7 @@ def clear(rows: Any, start: int) -> None:
 
 @compiled
 def _begin(rows: Any, target: int, base: Any, own: Any) -> None:
-    """Initialise the colours in the three rows that begin at offset `target`.
+    """Set the colours in the three rows that begin at offset `target`.
 
     The colour of each vertex is `base` times the visible part of the sky, plus `own`.
     """
@@ -207,7 +209,7 @@ def _load(
     points, normals
         Vectors of all vertices.
     places
-        Where the block's points are written: `wide`, or a null pointer for the rows `PX` to `PZ`.
+        Memory for the block's points: `wide`, or a null pointer for the rows `PX` to `PZ`.
     """
     good = True
     if s.needs_normals:
@@ -248,26 +250,25 @@ def _prefetch_colors(first: int, rgb: Any, display: Any, s: Any) -> None:
 
 @compiled
 def _settle_strength(rows: Any, gain: Any) -> None:
-    """Multiply a light's strengths, in the row `STRENGTH`, by a factor, and limit the products to `_BRIGHTEST`."""
+    """Multiply the strengths in the row `STRENGTH` by the factor `gain`, and limit the products to `_BRIGHTEST`."""
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = min(rows[at.STRENGTH + i] * gain, _BRIGHTEST)
 
 
 @inlined
 def _strength(rows: Any, i: int, varies: bool) -> Any:
-    """Return the light's strength at vertex `i`.
+    """Return the light's strength at vertex `i`: from the row `STRENGTH` if `varies`, else 1.
 
-    It is the entry of the row `STRENGTH` if `varies`, and 1 if not. `varies` is constant in a loop, so LLVM makes two
-    loops of it.
+    `varies` is constant in a loop, so LLVM makes two loops of it.
     """
     return rows[at.STRENGTH + i] if varies else ONE
 
 
 @compiled
 def _hide(rows: Any, varies: bool) -> None:
-    """Multiply the light's strengths by its visible parts, the row `VISIBLE`, and write them into the row `STRENGTH`.
+    """Multiply the light's strengths by its visible part at each vertex, the row `VISIBLE`.
 
-    If `varies`, this row holds the strengths already. If not, all strengths are 1.
+    The result is the row `STRENGTH`. If `varies`, this row already has the strengths. If not, all strengths are 1.
     """
     for i in range(BLOCK):
         rows[at.STRENGTH + i] = _strength(rows, i, varies) * rows[at.VISIBLE + i]
@@ -275,7 +276,7 @@ def _hide(rows: Any, varies: bool) -> None:
 
 @compiled
 def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None:
-    """Add a lobe's light: `color` times the lobe's factor and the light's strength at each vertex.
+    """Add the light of one lobe: `color` times the lobe's factor and the light's strength at each vertex.
 
     The factors are in the row at offset `factors`. The sums are the three rows that begin at offset `target`. The
     strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
@@ -291,8 +292,8 @@ def _add(rows: Any, target: int, factors: int, varies: bool, color: Any) -> None
 def _add_two(rows: Any, varies: bool, color: Any, other: Any) -> None:
     """Add the light of the first two lobes, with the colours `color` and `other`, to the vertices' colours.
 
-    Adding both at once halves the memory traffic. It is possible only if no map multiplies just one of these lobes. The
-    light's strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
+    Adding both at once halves the memory traffic. It is possible only if the same maps multiply both lobes. The light's
+    strengths are in the row `STRENGTH` if `varies`; if not, all are 1.
     """
     for i in range(BLOCK):
         strength = _strength(rows, i, varies)
@@ -321,7 +322,7 @@ def _add_lambert(rows: Any, varies: bool, color: Any, is_uniform: bool, to_light
 
 @compiled
 def _arrive_evenly(rows: Any, to_light: Any) -> None:
-    """Fill the rows of D, the vector to a light, with `to_light`, and the row of 1/|D|."""
+    """Fill the rows of D, the vector to a light, with the vector `to_light`, and the row of 1/|D|."""
     inverse = inverse_length(square(to_light))
     for i in range(BLOCK):
         put(shifted(rows, at.DX), i, to_light)
@@ -379,13 +380,13 @@ def _add_light(
 
 @inlined
 def _clipped(intensity: Any, low: Any, high: Any) -> Any:
-    """Return the intensity clipped to [low, high]; NaN stays NaN."""
+    """Return `intensity` clipped to [`low`, `high`]; NaN stays NaN."""
     return min(max(intensity, low), high)
 
 
 @inlined
 def _byte(intensity: Any) -> Any:
-    """Return 0-255 for an intensity clipped to [0, 1], rounded to nearest, ties to even."""
+    """Return the byte, 0 to 255, for an intensity in [0, 1], rounded to nearest, ties to even."""
     fraction = _clipped(np.float32(intensity), ZERO, ONE)
     return np.uint8(np.float32(fraction * np.float32(255.0) + WHOLE32).view(np.int32))
 
@@ -394,8 +395,8 @@ def _byte(intensity: Any) -> Any:
 def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambient: bool) -> None:
     """Multiply a block's colours by the albedo, clipped to [0, 1]; NaN counts as 0.
 
-    If `has_ambient`, also multiply the ambient light, which is then in rows of its own. The albedo is loaded into the
-    rows of the lobes' factors, which are no longer needed.
+    If `has_ambient`, the ambient light is in separate rows, and is multiplied too. The albedo is loaded into the rows
+    of the lobes' factors, which are no longer needed. `first` and `count` are as in the module `vertices`.
     """
     at.load_vectors(albedo, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
@@ -408,7 +409,10 @@ def _multiply_by_albedo(first: int, count: int, albedo: Any, rows: Any, has_ambi
 
 @compiled
 def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: Any) -> None:
-    """Multiply a block's diffuse light by the map `diffuse` and the number `over`, and add the ambient light."""
+    """Multiply a block's diffuse light by the map `diffuse` and the factor `over`. Then add the ambient light.
+
+    `first`, `count` and `rows` are as in the module `vertices`.
+    """
     at.load_vectors(diffuse, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
         rows[at.R + i] = multiply_add(rows[at.R + i], rows[at.FIRST + i] * over, rows[at.AMBIENT_R + i])
@@ -416,9 +420,10 @@ def _multiply_by_diffuse(first: int, count: int, diffuse: Any, rows: Any, over: 
 
 @compiled
 def _add_times_map(first: int, count: int, tints: Any, rows: Any, start: int, over: Any) -> None:
-    """Add light to a block's colours: the three rows that begin at offset `start`, times a map and a number.
+    """Add the three rows that begin at offset `start`, times a map and a number, to a block's colours.
 
-    `tints` is the map, a colour for each of all vertices, and `over` is the number.
+    `tints` is the map, a colour for each of all vertices, and `over` is the number. `first` and `count` are as in the
+    module `vertices`.
     """
     at.load_vectors(tints, first, count, shifted(rows, at.FIRST))
     for i in range(3 * BLOCK):
@@ -435,7 +440,7 @@ def _add_rows(rows: Any, start: int) -> None:
 def _tint(first: int, count: int, albedo: Any, diffuse: Any, specular: Any, s: Any, rows: Any) -> None:
     """Multiply each part of a block's colours by its map, `albedo`, `diffuse` or `specular`, and sum the parts.
 
-    The emission is no part of the sum. The maps are pointers to a colour for each of all vertices.
+    The sum does not include the emission. The maps are pointers to a colour for each of all vertices.
     """
     if s.has_albedo:
         _multiply_by_albedo(first, count, albedo, rows, s.has_diffuse)
@@ -478,10 +483,11 @@ def _add_share(rows: Any, start: int) -> None:
 
 @inlined_early
 def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> None:
-    """Add a complete share to the sums of its light and of its component, and clear the rows for the next share.
+    """Add a complete share to the sums of its light and of its component. Clear the rows for the next share.
 
     A share is one component of a light's contribution; `t` is the record of its last term. If the share is the last of
-    its light, store the light's sum in the output, `t.light_at` numbers after `rgb`.
+    its light, store the light's sum in the output, `t.light_at` numbers after `rgb`. `first` and `count` are as in the
+    module `vertices`.
     """
     if not t.is_alone:
         _add_share(rows, at.LIGHT_R)
@@ -503,9 +509,10 @@ def _end_share(first: int, count: int, rgb: Any, t: Any, s: Any, rows: Any) -> N
 
 @inlined_early
 def _end_shares(first: int, count: int, rgb: Any, s: Any, rows: Any) -> None:
-    """Store a block's components in the output, and write their sum into the colour's rows.
+    """Store the sum of each component in the output, and write the total into the rows of the block's colours.
 
-    The components are stored `s.components_at` numbers after `rgb`.
+    The components are stored `s.components_at` numbers after `rgb`. `first` and `count` are as in the module
+    `vertices`.
     """
     for k in range(4):
         if s.components_at[k]:
@@ -530,9 +537,9 @@ def _finish(s: Any, rows: Any) -> None:
 
 @compiled
 def _put_rows(first: int, count: int, out: Any, rows: Any, start: int) -> None:
-    """Store the three rows that begin at offset `start` as `count` vectors of `out`, without clipping.
+    """Store the three rows that begin at offset `start` as vectors of `out`, without clipping.
 
-    `first` is the index of the first of these vectors.
+    `first` is the index of the first vector in `out`, and `count` the number of vectors.
     """
     part = shifted(out, 3 * first)
     for i in range(count):
@@ -562,7 +569,7 @@ def _store_bytes(first: int, count: int, display: Any, rows: Any) -> None:
 
 @inlined_early
 def _store(first: int, count: int, rgb: Any, display: Any, s: Any, rows: Any) -> None:
-    """Store the colours of a block: as bytes in `display` if `s.is_display`, else as floats in `rgb`."""
+    """Store the colours of a block: bytes in `display` if `s.is_display`, else floats in `rgb`."""
     if s.is_display:
         _store_bytes(first, count, display, rows)
     else:

@@ -1,11 +1,11 @@
 """Splitting a mesh's points along its sharp edges, compiled: the splitting of VTK's vtkSplitSharpEdgesPolyData.
 
-The faces around a point form fans: two neighbours are in the same fan if the edge between them is smooth. The first fan
-keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are as in VTK's
-filter.
+The faces around a point form fans: two neighbouring faces are in the same fan if the edge between them is smooth. The
+first fan keeps the point, and each other fan gets a new point. Fans, their order and the rounding of normals are as in
+VTK's filter.
 
-Each call of `find_fans` computes the points of one range, as `normals.find_normals` does, and writes only for these
-points. So the result depends neither on the ranges nor on the threads.
+Each call of `find_fans` computes a range of points, and writes only for these points. So the result depends neither on
+the ranges nor on the threads.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def _edge(points: Any, origin: int, end: int) -> tuple[float, float, float]:
 
 
 def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last: int, normals: Any) -> int:
-    """Compute unit normals of the faces from number `first` up to, but not including, `last`, in float32.
+    """Compute unit normals of the faces from number `first` (inclusive) to `last` (exclusive), in float32.
 
     `points` holds the coordinates of all points; `corners` and `offsets` are the connectivity and the offsets of all
     faces. The arithmetic is that of `vtkPolygon::ComputeNormal` of VTK 9.7. The normal of a face without an area is
@@ -81,9 +81,9 @@ def find_face_normals(points: Any, corners: Any, offsets: Any, first: int, last:
 
 @inlined
 def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
-    """Return True if a chunk of faces may contain a point from number `first` up to, but not including, `last`.
+    """Return True if a chunk of faces may contain a point of the range `first` (inclusive) to `last` (exclusive).
 
-    `surveyed` holds the least and the greatest point index of each chunk.
+    `surveyed` has the least and the greatest point index of each chunk; `chunk` is the chunk's number.
     """
     return (surveyed[2 * chunk] < last) & (surveyed[2 * chunk + 1] >= first)
 
@@ -91,7 +91,7 @@ def _touches(surveyed: Any, chunk: int, first: int, last: int) -> bool:
 def count_corners(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, most: Any
 ) -> int:
-    """Count the corners of faces at each point from number `first` up to, but not including, `last`.
+    """Count the corners of faces at each point from number `first` (inclusive) to `last` (exclusive).
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def count_corners(
 def _list_faces(
     corners: Any, offsets: Any, faces: int, surveyed: Any, first: int, last: int, starts: Any, ends: Any, around: Any
 ) -> None:
-    """List the faces around each point from number `first` up to, but not including, `last`.
+    """List the faces around each point from number `first` (inclusive) to `last` (exclusive).
 
     The faces of a list are in the mesh's order, each face once. `around` receives the lists, point after point. The
     list of a point begins at its entry of `starts`, from `count_corners`. `ends` receives the ends of the lists. The
@@ -145,9 +145,9 @@ def _list_faces(
 
 @inlined
 def _enter(table: Any, mask: int, point: int, place: int) -> int:
-    """Record in the hash table that a face has the point number `point`; return the offset of the point's slot.
+    """Record in the hash table that a face contains point number `point`; return the offset of the point's slot.
 
-    `place` is the index of the face in the list of faces, and `mask` the number of slots minus 1.
+    `place` is the index of the face in the list of faces around a point, and `mask` the number of slots minus 1.
     """
     slot = SLOT * (((point * _SPREAD) >> 32) & mask)
     while table[slot + KEY] != point and table[slot + KEY] >= 0:
@@ -207,9 +207,9 @@ def _look_around(
 
 @inlined
 def _are_alike(normals: Any, one: int, two: int, cosine: Any) -> bool:
-    """Return True if the edge between the faces number `one` and `two` is smooth; False for NaN.
+    """Return True if the edge between the faces `one` and `two` is smooth; False for NaN.
 
-    The edge is smooth if the dot product of the faces' normals exceeds the number to which `cosine` points.
+    The edge is smooth if the dot product of the faces' unit normals exceeds the number at the pointer `cosine`.
     """
     a, b = 3 * one, 3 * two
     product = normals[a] * normals[b] + normals[a + 1] * normals[b + 1] + normals[a + 2] * normals[b + 2]
@@ -227,7 +227,7 @@ def _number_fans(
     Parameters
     ----------
     normals, cosine
-        Normals of all faces; an edge is smooth if the cosine between its faces exceeds `cosine`.
+        Unit normals of all faces. An edge is smooth if the dot product of its faces' normals exceeds `cosine`.
     around, begin, count, table, sides
         As for `_look_around`, which has filled `table` and `sides`.
     fans
@@ -270,7 +270,7 @@ def find_fans(
     numbers: Any,
     extra: Any,
 ) -> int:
-    """Number the fans of faces around each point from number `first` up to, but not including, `last`.
+    """Number the fans of faces around each point from number `first` (inclusive) to `last` (exclusive).
 
     Parameters
     ----------

@@ -48,8 +48,9 @@ def shade(
     channels: FloatArray | None = None,
     waits: bool = True,
 ) -> bool:
-    """Evaluate the equation at every vertex and write the colours into the arrays of `result`, or decline.
+    """Evaluate the equation at every vertex, and write the colours into the arrays of `result`.
 
+    Return False to decline.
     The bits of the result do not depend on the number of threads. Arrays that are not C-contiguous are copied piece by
     piece; this does not change the bits of the result. If only one of points and normals is float64, the other is
     converted to float64.
@@ -63,15 +64,14 @@ def shade(
     equation : Equation
         The equation.
     tints : mapping
-        Result of `Vertices.tints`.
+        Result of `Vertices.tints`: the maps of colours.
     result : Shading
         Receives the colours. `rgb` must be C-contiguous and is overwritten. Its type is float32, float64 or uint8. With
         uint8, arithmetic is in float32, and colours are rounded to 0-255 for display. Components, if present, are
         overwritten too; with uint8 there must be none.
     whole : Equation, optional
-        The equation before a plan simplified it; by default the same. This equation determines whether the kernel
-        declines, and the type in which vertices are read, so that these do not depend on the positions of other
-        vertices.
+        The equation before a plan simplified it; by default `equation`. It determines whether the kernel declines, and
+        the type in which vertices are read. So neither depends on the positions of other vertices.
     channels : ndarray, optional
         Shape (k, n): further numbers per vertex, with rows as in `equation.channels`.
     waits : bool, default True
@@ -191,7 +191,7 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
 
 
 def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
-    """Return the arrays of `result` that are black because no share adds to them, shape (n, 3) each.
+    """Return the arrays of `result` that stay black because no share adds to them, shape (n, 3) each.
 
     A share is one component of a light's contribution.
     """
@@ -207,14 +207,14 @@ def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
 def _of_lobes(
     lobes: Sequence[Lobe], tints: Mapping[str, Tint], maps: Mapping[str, FloatArray], count: int, real: Any
 ) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    """Return the factors by which maps multiply the colours of the first two lobes, and the vertices left out.
+    """Return the factors by which maps multiply the colours of the first two lobes, and the vertices to leave out.
 
     Parameters
     ----------
     lobes
         The three lobes of the reflectance.
     tints
-        Tints of colours, by field.
+        Maps of colours, by field.
     maps
         Maps of the reflectance's fields, shape (n,) each.
     count : int
@@ -241,7 +241,7 @@ def _of_lobes(
 
 
 def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function that makes rows of an array available to compiled code.
+    """Return a function that makes the rows of an array in a slice readable for compiled code.
 
     The function takes a slice. It returns the address of these rows, C-contiguous and of the type `dtype`, and the
     object that keeps the rows alive: the array itself or a copy of the rows. If `array` is None, it returns 0 and None.
@@ -260,10 +260,10 @@ def _reader(array: FloatArray | None, dtype: Any) -> Callable[[slice], tuple[int
 
 
 def _color_reader(tint: Tint | None, real: Any) -> Callable[[slice], tuple[int, FloatArray | None]]:
-    """Return a function that makes colours of a map available to compiled code.
+    """Return a function that makes the colours of a map in a slice readable for compiled code.
 
-    The function takes a slice. It returns the address of the colours there, and the array (n, 3) that holds them. If
-    `tint` is None, it returns 0 and None.
+    The function takes a slice. It returns the address of these colours, and the array (n, 3) that holds them. If `tint`
+    is None, it returns 0 and None. `real` is the type of the colours.
     """
     if tint is None:
         return _nothing
@@ -280,7 +280,7 @@ def _nothing(_part: slice) -> tuple[int, None]:
 
 
 def map_colors(tint: Tint, real: Any) -> FloatArray:
-    """Return a map's colours, shape (n, 3), as compiled code reads them: C-contiguous, of the type `real`.
+    """Return the colours of a map, shape (n, 3), C-contiguous and of the type `real`, as compiled code reads them.
 
     Albedos are not clipped to [0, 1]; compiled code does that.
     """
@@ -289,7 +289,7 @@ def map_colors(tint: Tint, real: Any) -> FloatArray:
 
 
 def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
-    """Return the compiled driver. `stored` is the type of the vertices, and `real` is the type of the rows."""
+    """Return the compiled driver. `stored` is the type of the vertices, and `real` the type of the arithmetic."""
 
     def signature(stored: Any, real: Any) -> Any:
         vertices, reals, floats, octets = map(types.CPointer, (stored, real, types.float64, types.uint8))
@@ -301,9 +301,9 @@ def driver_code(library: Library, stored: str, real: str) -> Callable[..., int]:
 
 
 class _Memory(threading.local):
-    """Scratch memory per thread: rows, three rows in float64, and flags of declined vertices, initially 0.
+    """Scratch memory of each thread: rows, three rows in float64, and flags of declined vertices, initially 0.
 
-    Rows are aligned to cache lines: a vector across two lines takes twice as long.
+    Rows are aligned to cache lines, because a vector across two lines takes twice as long.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,8 @@
 """Nearest hits of rays, found by Embree sixteen rays at a time, in compiled code. `rays` finds only whether rays hit.
 
 In reading order: `_find` finds the nearest hits of open rays. `look_around` casts many rays from each vertex, for
-bounced light, and `gather` averages the colours that they hit. `find` casts given rays. Functions for Python follow.
+bounced light, and `gather` averages the colours that they hit. `find` casts given rays. The functions that Python calls
+follow.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ def _find(
     wide: Any,
     valid: Any,
 ) -> None:
-    """Find the nearest hit of each of sixteen rays that is open (`OPEN` > 0), among all casters.
+    """Find the nearest hit, among all casters, of each of sixteen rays. Rays whose entry `OPEN` is 0 are skipped.
 
     Write the triangle's number to the row `MET`, −1 for a miss; the weights of its second and third corners and the
     cosine, up to a factor, to the rows `MET_SECOND`, `MET_THIRD` and `MET_COSINE`; and the distance to the row
@@ -148,7 +149,7 @@ def look_around(
     frame, sample
         Addresses of the sky's stages, which read `numbers`.
     seeds
-        Two seeds per vertex for the points, and one for the corners.
+        Two seeds per vertex for the sample points, and one for the corners.
     begin, end : int
         Number of the first sample point, and of the point after the last: multiples of 16.
     casters, function, scenes, places, firsts, triangles
@@ -163,7 +164,7 @@ def look_around(
         Output, shape (count, end − begin): number of the chosen vertex; −1 if a ray hits nothing or the back of a
         triangle.
     others
-        As for `look_at_part`.
+        As for `rays.look_at_part`.
 
     Returns
     -------
@@ -203,7 +204,7 @@ def look_around(
 
 
 def gather(met: Any, count: int, samples: int, colors: Any, nothing: int, means: Any) -> int:
-    """Compute, for each vertex, the mean of the colours that its rays hit; return `count`.
+    """Compute the mean of the colours that the rays of each vertex hit; return `count`.
 
     Parameters
     ----------
@@ -248,8 +249,8 @@ def find(
     Parameters
     ----------
     origins, directions, lengths
-        The rays: three numbers for each origin, three for each direction, and one for each length. The distance of a
-        hit replaces the length of its ray.
+        The rays: three numbers for each origin, three for each direction, and one for each length. If a ray hits, the
+        distance of the hit replaces the ray's length.
     count : int
         Number of rays.
     casters, function, scenes, places, firsts, triangles
@@ -257,7 +258,7 @@ def find(
     met
         Output: number of the triangle that each ray hits, −1 for a miss.
     weights
-        Output: barycentric weights of that triangle's second and third corners; not written for a miss.
+        Output: barycentric weights of the triangle's second and third corners; not written for a miss.
     rows, marks, wide, valid
         Scratch memory.
     """
@@ -298,9 +299,9 @@ def find_code(library: Library) -> Callable[..., int]:
 
 
 def _finding(casters: Any, all_triangles: Any) -> tuple[int, ...]:
-    """Return the arguments `casters`, `function`, `scenes`, `places`, `firsts` and `triangles` of `look_around`.
+    """Return the arguments `casters`, `function`, `scenes`, `places`, `firsts` and `triangles` of compiled functions.
 
-    They are the fields of `Casters`, and the fields `starts` and `numbers` of `all_triangles`.
+    They are taken from the fields of `casters`, and from the fields `starts` and `numbers` of `all_triangles`.
     """
     triangles = address(all_triangles.starts), address(all_triangles.numbers)
     return len(casters.scenes), casters.intersect, address(casters.scenes), address(casters.numbers), *triangles
@@ -318,11 +319,11 @@ def vertices_met(
     casters: Any,
     triangles: Any,
 ) -> tuple[NDArray[np.int32], int]:
-    """Cast rays from m vertices, and return two results: the vertex that each ray hits, and the number of rays.
+    """Cast rays from m vertices. Return the vertex that each ray hits, and the number of rays.
 
-    The first has the shape (m, end − begin). A hit vertex is a random corner of the triangle that the ray hits, chosen
-    with its barycentric weight as probability. The number −1 stands for a ray that hits nothing or the back of a
-    triangle.
+    The first result has the shape (m, end − begin). If a ray hits a triangle, its entry is a random corner of the
+    triangle, chosen with the corner's barycentric weight as probability. The entry is −1 if the ray hits nothing or the
+    back of a triangle.
 
     Parameters
     ----------
@@ -348,7 +349,7 @@ def vertices_met(
 
 
 def gathered(library: Library, met: NDArray[np.int32], colors: FloatArray) -> FloatArray:
-    """Return, shape (m, 3), the mean of the colours that the rays of each vertex hit.
+    """Return the mean of the colours that the rays of each vertex hit, shape (m, 3).
 
     Parameters
     ----------

@@ -42,13 +42,16 @@ _F64, _I64, _BITS = (ir.VectorType(kind, WIDTH) for kind in (ir.DoubleType(), ir
 
 
 class Lanes(types.Type):
-    """Numba's type of eight numbers. If the other operand is a single number, all lanes use that number."""
+    """Numba's type of eight numbers (lanes). If the other operand is a single number, it is used for all eight."""
 
     def __init__(self) -> None:
         super().__init__("lanes")
 
     def unify(self, _context: Any, other: Any) -> Any:
-        """Return this type for a variable that holds a number at one time and lanes at another; else None."""
+        """Return this type for a variable that is sometimes a number and sometimes eight numbers.
+
+        Return None for other types.
+        """
         return self if isinstance(other, (types.Float, types.Integer)) else None
 
 
@@ -78,7 +81,7 @@ class _ModelOfConditions(models.PrimitiveModel):  # type: ignore[misc]
 @lower_cast(types.Float, Lanes)
 @lower_cast(types.Integer, Lanes)
 def _spread(context: Any, builder: Any, given: Any, _wanted: Any, value: Any) -> Any:
-    """Broadcast a number to all lanes."""
+    """Return an LLVM vector whose eight numbers are all `value`, a number of the type `given`."""
     number, undefined = context.cast(builder, value, given, types.float64), ir.Constant(_F64, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
@@ -94,18 +97,18 @@ def _all(kind: Any, value: Any) -> Any:
 def _operation(
     function: Callable[..., Any], kinds: Sequence[Sequence[Any]], result: Any, generate: Callable[..., Any]
 ) -> None:
-    """Let compiled code call a function on lanes. At least one argument must be lanes or conditions.
+    """Define what a function does in compiled code if an argument is eight numbers or eight conditions.
 
     Parameters
     ----------
     function : callable
         The function or operator, such as `operator.add`.
     kinds
-        Allowed types of each argument.
+        Allowed types of each argument, one sequence per argument.
     result
         Type of the result.
     generate : callable
-        Function from LLVM's builder and the arguments to the instruction that computes the result.
+        Takes LLVM's builder and the arguments, and returns the LLVM instruction for the result.
     """
 
     class Template(AbstractTemplate):  # type: ignore[misc]  # Numba has no types
@@ -196,9 +199,9 @@ _WHOLE = 1.5 * 2.0**52
 
 
 def _power_below(builder: Any, x: Any) -> Any:
-    """Return 1/2ᵏ for a normal number x from 2ᵏ to 2ᵏ⁺¹, where k is whole.
+    """Return 1/2ᵏ for a normal number x in [2ᵏ, 2ᵏ⁺¹), where k is an integer.
 
-    The result's bits are twice the exponent's bias minus the bits of x's exponent.
+    The result's bits are twice the exponent's bias minus the bits of x's exponent. `builder` is LLVM's builder.
     """
     exponent = builder.and_(builder.bitcast(x, _I64), _all(_I64, _EXPONENT))
     return builder.bitcast(builder.sub(_all(_I64, 2 * _BIAS << _MANTISSA), exponent), _F64)
@@ -209,7 +212,7 @@ _operation(formulas.over_its_size, _ONE, LANES, _power_below)
 
 @intrinsic
 def _parted(_typing: Any, x: Any) -> Any:
-    """Return k and m such that x = 2ᵏ · m, where k is whole and m is in [√½, √2); x must be greater than 0."""
+    """Return k and m with x = 2ᵏ · m, where k is an integer and m is in [√½, √2). x must be greater than 0."""
 
     def generate(context: Any, builder: Any, given: Any, values: Any) -> Any:
         bits = builder.bitcast(values[0], _I64)
@@ -223,7 +226,7 @@ def _parted(_typing: Any, x: Any) -> Any:
 
 @intrinsic
 def _two_to(_typing: Any, shifted: Any) -> Any:
-    """Return 2ᵏ, where the argument `shifted` is the sum of a whole number k and `_WHOLE`."""
+    """Return 2ᵏ. The argument `shifted` is k, an integer, plus the constant `_WHOLE`."""
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
         bits = builder.shl(builder.bitcast(values[0], _I64), _all(_I64, _MANTISSA))
@@ -233,9 +236,10 @@ def _two_to(_typing: Any, shifted: Any) -> Any:
 
 
 def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[Any]:
-    """Return pointers to eight numbers of the row that begins at offset `start` from the pointer `row`.
+    """Return pointers to eight numbers of a row.
 
-    Their indices in this row are eight consecutive entries of `rows`, from `place` on.
+    The row begins `start` entries after the pointer `row`. The indices of the numbers in this row are eight consecutive
+    entries of `rows`, from `place` on. `builder` is LLVM's builder.
     """
     places = [builder.load(builder.gep(rows, [builder.add(place, place.type(lane))])) for lane in range(WIDTH)]
     return [builder.gep(row, [builder.add(start, builder.fptosi(each, start.type))]) for each in places]
@@ -243,10 +247,11 @@ def _listed(builder: Any, row: Any, start: Any, rows: Any, place: Any) -> list[A
 
 @intrinsic
 def load_listed(_typing: Any, row: Any, start: Any, rows: Any, place: Any) -> Any:  # noqa: ARG001 Numba's names
-    """Return, as float64, eight numbers of the row that begins at offset `start` from the pointer `row`.
+    """Return eight numbers of a row, as float64.
 
-    Their indices in this row are eight consecutive entries of `rows`, from `place` on. If the last index is the first
-    plus seven, the numbers are consecutive, and one load suffices.
+    The row begins `start` entries after the pointer `row`. The indices of the numbers in this row are eight consecutive
+    entries of `rows`, from `place` on. If the last index is the first plus seven, the numbers are consecutive, and one
+    load suffices.
     """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
@@ -287,9 +292,10 @@ def store(_typing: Any, rows: Any, place: Any, numbers: Any) -> Any:  # noqa: AR
 
 @intrinsic
 def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) -> Any:  # noqa: ARG001 as above
-    """Store eight numbers into the row that begins at offset `start` in `rows`, rounded to the type of the rows.
+    """Store eight numbers into a row, rounded to the type of the row.
 
-    Their indices in this row are eight consecutive entries of `rows`, from `place` on.
+    The row begins at offset `start` in `rows`. The indices of the numbers in this row are eight consecutive entries of
+    `rows`, from `place` on.
     """
 
     def generate(_context: Any, builder: Any, _given: Any, values: Any) -> Any:
@@ -306,7 +312,10 @@ def store_listed(_typing: Any, rows: Any, start: Any, place: Any, numbers: Any) 
 
 
 def _polynomial(operation: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a decorator for the function that computes `operation`, of `pvphong.base.formulas`, on lanes."""
+    """Return a decorator. The decorated function replaces `operation` in compiled code if an argument is eight numbers.
+
+    `operation` is a function of `pvphong.base.formulas`, such as `sine`.
+    """
 
     def bind(function: Callable[..., Any]) -> Callable[..., Any]:
         def chosen(*kinds: Any) -> Any:
@@ -363,8 +372,8 @@ def _log1p(x: Any) -> Any:
 def _power_less_one(less: Any, exponent: Any) -> Any:
     """Return (1 − `less`) to the power `exponent`, minus 1.
 
-    That is 2ʸ − 1, where y = `exponent` · log₂(1 − `less`). 2ʸ is the product of two powers of two, one with a whole
-    exponent and one with a fractional exponent.
+    This is 2ʸ − 1, where y = `exponent` · log₂(1 − `less`). 2ʸ is the product of two powers of two. One has an integer
+    exponent, and one a fractional exponent.
     """
     y = formulas.maximum(exponent * _log2_above_one(-formulas.minimum(less, 1.0)), -1022.0)
     shifted = y + _WHOLE

@@ -1,12 +1,13 @@
 """Normals of a mesh's points, `pvphong.geometry.normals.point_normals`, compiled.
 
-Each call of `find_normals` computes the points of one range. It skips the faces without a point in the range and adds
-the others in their order in the mesh. So a point's bits depend neither on the ranges nor on the threads, and no two
+Each call of `find_normals` computes the points of one range. It skips faces without a point in the range, and adds the
+other faces in their order in the mesh. So a point's bits depend neither on the ranges nor on the threads, and no two
 threads write to the same element. Faces with the same number of corners form blocks. A block's values are in rows,
 corner after corner, so that loops over them vectorise. `point_normals` distributes ranges of points over threads.
 
-Faces with a point that is not finite have no weight. The code declines the whole mesh, for NumPy, in two rare cases: an
-edge or area whose square leaves the range of floats in every unit of length, and a face of very many corners.
+Faces with a point that is not finite have no weight. In two rare cases, the code declines the whole mesh, and NumPy
+computes it. In the first, the square of an edge or area leaves the range of floats in every unit of length. In the
+second, a face has very many corners.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int,
     connectivity, offsets
         Point indices of all faces, and the index in this array at which each face begins.
     first, last : int
-        Number of the first face, a multiple of `CHUNK`, and of the face after the last.
+        Numbers of the first face, a multiple of `CHUNK`, and of the face after the last.
     corners : int
         Length of the connectivity.
     found
@@ -101,7 +102,7 @@ def survey(connectivity: Any, offsets: Any, first: int, last: int, corners: int,
 
 @inlined
 def _corner(rows: Any, start: int, k: int) -> tuple[float, float, float]:
-    """Return the vector `k` from the three consecutive rows, x, y and z, that begin at offset `start`."""
+    """Return the k-th vector of the three consecutive rows x, y and z, which begin at offset `start`."""
     return rows[start + k], rows[start + CORNERS + k], rows[start + 2 * CORNERS + k]
 
 
@@ -113,7 +114,7 @@ def _cross(a: tuple[float, float, float], b: tuple[float, float, float]) -> tupl
 
 @inlined
 def _is_usable(span: float) -> bool:
-    """Return True if the squares of a face's edges are in range; `span` is the largest coordinate of an edge vector."""
+    """Return True if the squares of a face's edges are in range. `span` is the largest coordinate of an edge vector."""
     return (span == 0.0) | ((span >= LEAST_SPAN) & (span <= MOST_SPAN))
 
 
@@ -130,7 +131,9 @@ def _add_faces(
     last: int,
     sums: Any,
 ) -> bool:
-    """Add a block of faces with equally many corners to the sums of their points; return False to decline the mesh.
+    """Add a block of faces with the same number of corners to the sums at their points.
+
+    Return False to decline the mesh.
 
     Parameters
     ----------
@@ -264,7 +267,7 @@ def find_normals(
     sums: Any,
     normals: Any,
 ) -> bool:
-    """Compute the normals of some points; return False if NumPy must compute them.
+    """Compute the normals of a range of points. Return False if NumPy must compute them.
 
     Parameters
     ----------
@@ -279,7 +282,7 @@ def find_normals(
     starts, rows, sums
         Scratch memory. `sums`, of `SUMS` numbers for each point, must contain zeros.
     normals
-        Output: a unit vector for each of these points; zero if there is none.
+        Output: a unit vector for each of these points; zero for a point without a normal.
     """
     count, size = 0, 0
     for chunk in range((faces + CHUNK - 1) // CHUNK):
@@ -401,11 +404,11 @@ class FaceArrays(NamedTuple):
         return address(self.corners), address(self.starts), len(self.starts) - 1, address(self.spans)
 
     def points_at_once(self, n_points: int, least: int, most: int) -> int:
-        """Return the number of points that a call of compiled code should process.
+        """Return the number of points that one call of compiled code should process.
 
-        The number is `least`, doubled until one of two conditions holds. Either a chunk of faces has points in at most
-        two ranges of this many points, on average, so that few chunks are read repeatedly. Or the ranges of all threads
-        together have `most` points, or all points of the mesh.
+        The number begins with `least` and is doubled until one of two conditions holds. First, a chunk of faces has
+        points in at most two ranges of this many points, on average, so that few chunks are read repeatedly. Second,
+        the ranges of all threads together have `most` points, or all points of the mesh.
         """
         length = least
         while length * threads.count() < min(n_points, most):
@@ -421,8 +424,7 @@ def point_normals(
 ) -> Float64Array | None:
     """Compute normals of a mesh's points; see `pvphong.shading.kernel.point_normals`.
 
-    Return None if NumPy must compute the normals. Return None also if the mesh is invalid, for example with an index
-    without a point, so that NumPy raises the error.
+    Return None if NumPy must compute the normals, or if the mesh is invalid: NumPy then raises the error.
     """
     stored = np.dtype(np.float32 if points.dtype == np.float32 else np.float64)
     try:

@@ -1,10 +1,11 @@
-"""Rays that compiled code generates, sixteen at a time, and tests with Embree through addresses of its functions.
+"""Rays that compiled code generates, sixteen at a time, and tests by calling Embree's functions at their addresses.
 
-There are no arrays of rays: a thread keeps sixteen in memory, as an `RTCRay16` of Embree, and writes results per
-vertex. In reading order: the memory; `bring_near`, which transforms rays to the coordinates of a caster; `_test`, the
-occlusion test; `look_at_part`, which samples many rays from each vertex to an area light or the sky by two stages;
-`look_at_point`, which casts one ray from each vertex to a light without a size; `test`, which tests given rays; and the
-Python functions that allocate memory and call these. First hits are in `hits`.
+There are no arrays of rays. A thread keeps sixteen rays in memory, as an `RTCRay16` of Embree, and writes results per
+vertex. A caster is an Embree scene with some of the occluders. In reading order: the memory; `bring_near`, which
+transforms rays to the coordinates of a caster; `_test`, the occlusion test; `look_at_part`, which samples many rays
+from each vertex to an area light or the sky by two stages; `look_at_point`, which casts one ray from each vertex to a
+light without a size; `test`, which tests given rays; and the Python functions that allocate memory and call these.
+First hits are in `hits`.
 
 Arguments that functions here and in `hits` share:
 
@@ -61,10 +62,10 @@ _WIDE = VERTEX + RAYS
 
 @intrinsic
 def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
-    """Call Embree's function at the address `function`, `rtcOccluded16` or `rtcIntersect16`, without options.
+    """Call `rtcOccluded16` or `rtcIntersect16`, Embree's function at the address `function`, without options.
 
-    It tests the sixteen rays in `rays` with `scene`, the handle of a scene. The flag of a ray in `valid` is −1 if it is
-    tested, else 0.
+    The function tests the sixteen rays at `rays` with the scene whose handle is `scene`. A ray is tested if its flag in
+    `valid` is −1, and not if the flag is 0.
     """
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -80,7 +81,7 @@ def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) ->
 
 @inlined
 def prepare(rows: Any, marks: Any) -> None:
-    """Write the fields of Embree's rays that are the same for all rays, such as the near end and the mask.
+    """Write the fields of Embree's sixteen rays that never change, such as the near end and the mask.
 
     `rows` and `marks` point to the same memory, as float32 and as int32.
     """
@@ -94,11 +95,12 @@ def prepare(rows: Any, marks: Any) -> None:
 
 @inlined
 def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
-    """Transform sixteen rays from the world to the coordinates of caster `c`, for Embree.
+    """Transform sixteen rays from world coordinates to the coordinates of caster number `c`, for Embree.
 
-    The rays' origins and lengths are read from `wide`, their directions from `rows`, the caster's centre and scale from
-    `numbers`, four for each caster. An entry of `valid` becomes −1 for an open ray that can hit the caster's triangles,
-    else 0. A ray that begins far from the triangles is moved towards them; `wide` receives the length that it loses.
+    Origins and lengths of the rays are read from `wide`, directions from `rows`. `numbers` has four numbers for each
+    caster: its centre and scale. An entry of `valid` becomes −1 for an open ray that can hit the caster's triangles,
+    else 0. A ray that begins far from the triangles is moved towards them; `wide` receives the length that the ray
+    loses.
     """
     mx, my, mz, scale = numbers[4 * c], numbers[4 * c + 1], numbers[4 * c + 2], numbers[4 * c + 3]
     all_near = True
@@ -130,9 +132,9 @@ def bring_near(numbers: Any, c: int, rows: Any, wide: Any, valid: Any) -> None:
 
 @inlined
 def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, rows: Any, wide: Any) -> int:
-    """Load up to sixteen of `count` given rays, starting at index `first`, and return the number loaded.
+    """Load up to sixteen of `count` given rays, starting with ray number `first`. Return how many were loaded.
 
-    Lengths and origins are written into `wide`, directions into `rows`. Rays whose direction is not finite are not
+    Lengths and origins are written into `wide`, directions into `rows`. A ray whose direction is not finite is not
     open.
     """
     lanes = min(RAYS, count - first)
@@ -148,10 +150,11 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 @inlined
 def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Test sixteen rays with all casters, and set the entry of the row `OPEN` to 0 for each ray that hits something.
+    """Test the sixteen rays in scratch memory for occlusion by all casters.
 
-    `count` is the number of casters, and `function` the address of `rtcOccluded16`. `scenes` and `numbers` are fields
-    of `Casters`. The other arguments are scratch memory that holds the rays.
+    For each ray that hits a triangle, the entry `OPEN` is set to 0. `count` is the number of casters, `function` the
+    address of `rtcOccluded16`. `scenes` and `numbers` are fields of `Casters`. `rows`, `wide` and `valid` are the
+    scratch memory, as in the module's description.
     """
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
@@ -165,10 +168,11 @@ def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide:
 
 
 def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, wide) → int, that calls a light's `frame` for a vertex and writes the result.
+    """Return a function for compiled code that calls a light's `frame` for one vertex and writes the result.
 
-    The stage reads the vertex's origin and normal from `wide`. It writes the first two results, the ray length and the
-    factor, into `wide`, and the others into the row `FRAME`. It returns the number of results.
+    Its arguments are `numbers`, `rows` and `wide`. It reads the vertex's origin and normal from `wide`. It writes the
+    first two results, the ray length and the factor, into `wide`, and the others into the row `FRAME`. It returns the
+    number of results.
     """
 
     def compute(numbers: Any, rows: Any, wide: Any) -> int:
@@ -185,7 +189,7 @@ def frame_stage(frame: Callable[..., Any]) -> Callable[..., Any]:
 
 @intrinsic
 def _frame_of(_typing: Any, rows: Any) -> Any:
-    """Return the numbers stored for the frame in `rows`, as a tuple of `_MOST_IN_FRAME`.
+    """Return the numbers that `frame_stage` has stored in `rows`, as a tuple of `_MOST_IN_FRAME`.
 
     The numbers after the end of a shorter frame are not used.
     """
@@ -201,10 +205,10 @@ def _frame_of(_typing: Any, rows: Any) -> Any:
 
 
 def sample_stage(sample: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, wide) → 1, that samples sixteen rays from a vertex to a light.
+    """Return a function for compiled code that samples sixteen rays from a vertex to a light, and returns 1.
 
-    The stage reads the vertex's frame and the sixteen pairs u, v of sample coordinates from `rows`, and writes the
-    directions, relative lengths and weights of the rays into `rows`.
+    Its arguments are `numbers`, `rows` and `wide`. It reads the vertex's frame and the sixteen pairs u, v of sample
+    coordinates from `rows`. It writes directions, relative lengths and weights of the rays into `rows`.
     """
 
     def choose(numbers: Any, rows: Any, _wide: Any) -> int:
@@ -245,9 +249,9 @@ def look_at_part(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Cast rays from each vertex to the sample points of a light from number `begin` up to, but not including, `end`.
+    """Cast rays from each vertex to the sample points of a light, from number `begin` (inclusive) to `end` (exclusive).
 
-    For each ray, write its weight; and its weight again, or 0 if the ray is blocked.
+    For each ray, two numbers are written: its weight; and its weight again, or 0 if the ray is blocked.
 
     Parameters
     ----------
@@ -342,7 +346,7 @@ def look_at_point(
         vertices are two-sided, else 0; the height of the rays' start above the origins; the length by which the rays
         end before the light.
     seen, behind
-        Output for the vertices' front sides and other sides. `behind` is written only if vertices are two-sided.
+        Output for the vertices' front sides and back sides. `behind` is written only if vertices are two-sided.
     chosen
         Scratch memory for the vertices of sixteen rays, and for the vertices' sides.
     others
@@ -410,7 +414,7 @@ def test(
     wide: Any,
     valid: Any,
 ) -> int:
-    """Test `count` rays with all casters, and return `count`.
+    """Test `count` rays for occlusion by all casters, and return `count`.
 
     Parameters
     ----------
@@ -439,7 +443,7 @@ def test(
 
 
 class _Memory(threading.local):
-    """Scratch memory per thread, aligned as Embree requires."""
+    """Scratch memory of each thread, aligned as Embree requires."""
 
     def __init__(self) -> None:
         self._memory = np.zeros(4 * _ROWS + 8 * _WIDE + 20 * RAYS + 64, np.uint8)
@@ -487,12 +491,15 @@ def stages_of(library: Library, sampling: Sampling) -> tuple[int, int]:
 
 
 def as_float64(*arrays: Any) -> list[Float64Array]:
-    """Convert arrays to C-contiguous float64, as compiled code reads them."""
+    """Return the arrays as C-contiguous float64, which compiled code reads."""
     return [np.ascontiguousarray(array, np.float64) for array in arrays]
 
 
 def _testing(casters: Any) -> tuple[int, ...]:
-    """Return the arguments `casters`, `function`, `scenes` and `places` of compiled occlusion tests, from `Casters`."""
+    """Return the arguments `casters`, `function`, `scenes` and `places` of compiled occlusion tests.
+
+    They are taken from the fields of `casters`.
+    """
     return len(casters.scenes), casters.occluded, address(casters.scenes), address(casters.numbers)
 
 
@@ -565,8 +572,8 @@ def point_seen(
 
     Points, origins and normals have the shape (m, 3). `light` has the seven numbers that `look_at_point` reads. `seen`
     receives 1 for a vertex whose ray arrives, and 0 for a vertex whose ray is blocked or that faces away from the
-    light. If the vertices are two-sided, `behind` receives the same for their other sides. Both outputs are contiguous
-    arrays of shape (m,).
+    light. If the vertices are two-sided, `behind` receives the same for their back sides. Both outputs are contiguous
+    arrays of shape (m,). `origins_behind` are the origins on the back sides, and `casters` the occluders.
     """
     *given, numbers = as_float64(points, origins, origins_behind, normals, light)
     vertices = *map(address, given), len(points), address(numbers)
@@ -577,7 +584,7 @@ def point_seen(
 def blocked(
     library: Library, origins: Float64Array, directions: FloatArray, lengths: Float64Array, casters: Any
 ) -> BoolArray:
-    """Return, shape (n,), True for each ray that a triangle of the casters blocks.
+    """Return True for each ray that a triangle of the casters blocks, shape (n,).
 
     `origins` and `directions` have the shape (n, 3), `lengths` has (n,). `casters` is a record of type `Casters`.
     """

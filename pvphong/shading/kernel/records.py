@@ -1,6 +1,7 @@
 """Records: an equation packed into bytes, in the form that compiled code reads.
 
-First each light, as a stage, its numbers, and a record for the driver; then the settings that all lights share.
+Each light becomes a stage (compiled code), the stage's numbers, and a record for the driver. The settings that all
+lights share are another record.
 """
 
 from __future__ import annotations
@@ -69,9 +70,9 @@ The last fields are for separate shares, the components of the lights' contribut
 
 
 def _packer(kind: np.dtype[Any]) -> Callable[..., bytes]:
-    """Return a function that packs the values of a record's fields, in order, into bytes.
+    """Return a function that packs the values of a record's fields into bytes.
 
-    NumPy takes ten times as long.
+    It takes the values in the fields' order. NumPy would take ten times as long.
     """
     types = (kind[name] for name in kind.names or ())
     return struct.Struct("@" + "".join(f"{math.prod(each.shape)}{each.base.char}" for each in types)).pack
@@ -97,7 +98,7 @@ _LEAST_GAIN, _MOST_GAIN, _IN_FLOAT32 = -20, 100, 126
 
 
 class TermCode(NamedTuple):
-    """Compiled code for one term."""
+    """Compiled code for one term, that is, one light in the equation."""
 
     stage: Callable[..., Any] | None
     """The stage; None if the driver has it built in."""
@@ -143,7 +144,7 @@ def _code_of(term: LightTerm, equation: Equation, real: str) -> TermCode | None:
 
 
 def holds(numbers: Iterable[Any]) -> bool:
-    """Return True if float32 holds products of these numbers >= 0: each is 0, or between 2⁻¹⁰⁰ and 2¹⁰⁰."""
+    """Return True if float32 can hold products of these numbers: each is 0, or between 2⁻¹⁰⁰ and 2¹⁰⁰."""
     for x in numbers:  # noqa: SIM110 as for `are_in_range`: a third of the time
         if x and not 1.0 / _LARGEST <= x <= _LARGEST:
             return False
@@ -159,7 +160,7 @@ def are_in_range(numbers: Iterable[float]) -> bool:
 
 
 def sum_of(flags: Iterable[bool]) -> int:
-    """Return the number whose bits are the flags: the first flag counts 1, the second 2, the third 4."""
+    """Return the integer whose bits are the flags, the lowest bit first."""
     return sum([1 << k for k, flag in enumerate(flags) if flag])
 
 
@@ -240,7 +241,10 @@ _scalars_of, _vectors_of = (
 
 
 class Apart(NamedTuple):
-    """Shares to store separately, and the offsets of their arrays from the colours, counted in elements."""
+    """Shares to store separately, and the offsets of their arrays from the array of colours, counted in elements.
+
+    A share is one component of a light's contribution.
+    """
 
     shares: Sequence[Share]
     lights: Mapping[int | None, int]
@@ -261,7 +265,7 @@ class Records(NamedTuple):
 
 
 def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
-    """Return the code of each term, for rows of the type `real`.
+    """Return the code of each term of an equation; `real` is the type of the arithmetic.
 
     Return None if compiled code does not support the equation: a stage is missing, or a number is out of range.
     """
@@ -282,7 +286,7 @@ def codes_of(equation: Equation, real: str) -> list[TermCode] | None:
 
 
 def blends(equation: Equation, tints: Mapping[str, Tint]) -> bool:
-    """Return True if maps change a lobe's colour in another way than multiplying it by albedo and diffuse.
+    """Return True if maps do more to a lobe's colour than to multiply it by the maps of albedo and diffuse.
 
     The colours of the first two lobes are then passed to compiled code as maps. `tints` is the result of
     `Vertices.tints`.
@@ -441,7 +445,7 @@ def records_of(
 
 
 def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, int, int]]]:
-    """Return two lists with the values of the last three fields of `TERM`: (is_alone, component, light_at).
+    """Return the values of the last three fields of `TERM`, (is_alone, component, light_at), in two lists.
 
     The first list has an entry for each share that is independent of lights. The second list has an entry for each term
     of the other shares. Only the last term of a share has values; its other terms have `_NO_END`.
@@ -459,7 +463,7 @@ def _ends(apart: Apart) -> tuple[list[tuple[bool, int, int]], list[tuple[bool, i
 
 
 def _gain_apart(gain: float, numbers: tuple[float, ...], divisors: slice) -> tuple[float, float, tuple[float, ...]]:
-    """Split a gain into a factor from 1 to 2 and a power of two; return both, and the numbers of the stage.
+    """Split a gain into a factor from 1 to 2 and a power of two. Return both, and the new numbers of the stage.
 
     The factor multiplies the colours, and the power of two multiplies the strength at each vertex. If float32 cannot
     hold the power, a part of it divides the numbers in the slice `divisors`, the coefficients of the attenuation.

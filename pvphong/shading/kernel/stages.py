@@ -83,14 +83,14 @@ _ALL_LOBES = 1 + 2 + 4
 
 @inlined
 def _cosine(rows: Any, i: int) -> Any:
-    """Return the cosine n·l at vertex `i`. Its sign is that of the dot product of the vectors before normalisation."""
+    """Return the cosine n·l at vertex `i`, with the sign of the dot product before normalisation."""
     n_d = dot((rows[NX + i], rows[NY + i], rows[NZ + i]), (rows[DX + i], rows[DY + i], rows[DZ + i]))
     return n_d * (rows[INVERSE_DISTANCE + i] * rows[INVERSE_NORMAL + i])
 
 
 @inlined
 def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
-    """Return the geometry at vertex `i`, an argument of a reflectance's formula; `n_l` is the cosine n·l there.
+    """Return the geometry at vertex `i`, for a reflectance's formula. `n_l` is the cosine n·l at this vertex.
 
     LLVM removes the fields that the formula does not use.
     """
@@ -112,7 +112,7 @@ def _geometry(rows: Any, i: int, n_l: Any) -> Geometry:
 
 @inlined
 def _parameters(rows: Any, numbers: Any) -> Any:
-    """Convert a formula's parameters, the first eight of `numbers`, to the type of `rows`.
+    """Return the first eight of `numbers`, a formula's parameters, in the type of `rows`.
 
     A formula may use only some of them.
     """
@@ -130,17 +130,17 @@ def _parameters(rows: Any, numbers: Any) -> Any:
 
 @inlined
 def _shows(square: Any, n_l: Any, dark: Any) -> bool:
-    """Return True if a highlight may be greater than 0.
+    """Return True if a highlight may be greater than 0 at a vertex.
 
-    Its squared chord, `square`, must be below `dark`, and n·l above 0. If `dark` is infinite, the highlight does not
-    end at the horizon, so the sign of n·l does not matter.
+    `square` is the squared length of the highlight's chord, and must be below `dark`. The cosine `n_l` must be above 0,
+    unless `dark` is infinite; then the highlight does not end at the horizon.
     """
     return (square < dark) & ((n_l > ZERO) | (dark > TWO))
 
 
 @compiled
 def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -> None:
-    """Replace |C|², the squared length of a chord, in the row `SECOND` by log2 of the power of the chord's cosine.
+    """Replace |C|², the squared length of a chord, by log2 of a power of the chord's cosine, in the row `SECOND`.
 
     The cosine is 1 − |C|²/2, but at least 2 to the power `log_floor`. It is raised to `exponent`. If |C|² is at least
     `end`, the power is 0, and −∞ is written.
@@ -158,10 +158,10 @@ def _take_logarithms(rows: Any, exponent: float, log_floor: float, end: float) -
 
 @inlined
 def _end_of(exponent: Any) -> Any:
-    """Return the least squared length of a chord for which the power of its cosine is 0.
+    """Return the least squared chord for which a power of a cosine is 0.
 
-    If `exponent` is greater than 0, this is 2, the squared chord of a right angle. If it is 0, no power is 0, and the
-    result is infinity.
+    For an `exponent` greater than 0, this is 2, the squared chord of a right angle. For the exponent 0, no power is 0,
+    and the result is infinity.
     """
     return TWO if exponent > ZERO else as_type_of(exponent, np.inf)
 
@@ -186,17 +186,18 @@ def _raised(rows: Any, i: int) -> Any:
 
 
 def factors_already_written(_numbers: Any, _rows: Any, _points: Any) -> int:
-    """Do nothing: this replaces a reflectance's stage if an area light's stage has already written the factors."""
+    """Do nothing. This replaces a reflectance's stage if an area light's stage has already written the factors."""
     return _ALL_LOBES
 
 
 def reflectance_stage(
     reflectance: Reflectance, wanted: Sequence[bool], *, is_mapped: bool = False
 ) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, points) → int, that writes the factors of a reflectance's lobes.
+    """Return a stage that writes the factors of a reflectance's lobes.
 
-    The stage returns a sum of 1, 2 and 4 for the first, second and third lobe. Lobes that are not wanted are left out,
-    and so are lobes known to be 0 in the whole block.
+    Its arguments are `numbers`, `rows` and `points`.
+    The stage returns an integer whose bits name the lobes that it has written: 1, 2 and 4 for the first, second and
+    third lobe. Lobes that are not wanted, or are 0 in the whole block, are not written.
 
     Parameters
     ----------
@@ -267,8 +268,9 @@ def reflectance_stage(
 def light_stage(
     falloff: Callable[..., Any] | None, weakens: bool, pattern: Pattern | None = None
 ) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, points) → bool, that writes vectors to a light, and strengths if they vary.
+    """Return a stage that writes the vectors to a light, and strengths if they vary.
 
+    Its arguments are `numbers`, `rows` and `points`.
     The stage returns True if no vertex of the block is declined, that is, marked by `approach` for the reference.
 
     Parameters
@@ -280,7 +282,8 @@ def light_stage(
     weakens : bool
         True if the strength depends on the distance.
     pattern : Pattern, optional
-        Its formulas give the factor of the strength; a light without falloff may have one.
+        Pattern of intensities, whose formulas return a factor for the strength. Only a light without falloff may have
+        one.
     """
     measures = int(weakens)
 
@@ -348,16 +351,19 @@ _OWN_OF_INTEGRAL = 8
 
 
 def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None]) -> Callable[..., Any]:
-    """Return a stage, (numbers, rows, points) → 1, that writes the integrals of lobes over an area light.
+    """Return a stage that writes the integrals of lobes over an area light, and returns 1.
 
-    Formulas run only on vertices where the light may be above the horizon and a lobe reaches the light. The indices of
-    these vertices are listed in the row `LIST`, and the vertices are taken from the block eight at a time.
+    Its arguments are `numbers`, `rows` and `points`. Formulas run only on vertices where the light may be above the
+    horizon and a lobe reaches the light. The indices of these vertices are listed in the row `LIST`, and the vertices
+    are taken from the block eight at a time.
 
     Parameters
     ----------
-    integrals, forms
-        For each lobe, its integral and its form, the power of a cosine; both are None for a lobe that is not wanted. At
-        most one form is around the normal, and at most one around the mirrored viewer.
+    integrals : sequence of Integral or None
+        For each lobe, its integral over the light; None for a lobe that is not wanted.
+    forms : sequence of CosinePower or None
+        For each lobe, the lobe as a power of a cosine; None for a lobe that is not wanted. At most one is around the
+        normal, and at most one around the mirrored viewer.
     """
     lobes = list(zip((FIRST, SECOND, THIRD), integrals, forms, strict=False))
     found = {form.around: (row, each.formula) for row, each, form in lobes if each is not None and form is not None}
@@ -397,7 +403,7 @@ def integral_stage(integrals: Sequence[Integral | None], forms: Sequence[CosineP
 
 @inlined
 def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
-    """Return the vectors from eight vertices to the position `place`, and the vertices' unit normals.
+    """Return the vectors from eight vertices to the position `place`, and the unit normals of these vertices.
 
     The vertices are those whose indices are the entries `k` to `k` + 7 of the row `LIST`.
     """
@@ -406,10 +412,10 @@ def _towards(place: Any, rows: Any, points: Any, k: int) -> Any:
 
 @inlined
 def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
-    """Return the direction of a lobe's axis at eight vertices: the direction to the viewer, mirrored at n.
+    """Return the axis of a lobe at eight vertices: the direction to the viewer, mirrored at the normal.
 
-    For a lobe with the power 0, the axis is n itself. The vertices are those whose indices are the entries `k` to `k` +
-    7 of the row `LIST`; `n` holds their unit normals.
+    For a lobe with the power 0, the axis is the normal itself. The vertices are those whose indices are the entries `k`
+    to `k` + 7 of the row `LIST`; `n` has their unit normals.
     """
     if lobe[POWER] > 0.0:  # 0⁰ is 1 in the whole hemisphere around n
         v = _unit(_listed(rows, VX, rows, k))
@@ -419,7 +425,7 @@ def _axis(lobe: Any, rows: Any, k: int, n: Any) -> Any:
 
 @inlined
 def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
-    """Return the vectors of eight vertices from the three rows of `array` that begin at `start`.
+    """Return the vectors of eight vertices from the three rows of `array` that begin at offset `start`.
 
     The vertices are those whose indices are the entries `k` to `k` + 7 of the row `LIST` of `rows`.
     """
@@ -432,7 +438,7 @@ def _listed(array: Any, start: int, rows: Any, k: int) -> Any:
 
 @compiled
 def _list(rows: Any, flags: int) -> int:
-    """Write the indices of vertices whose flag is not 0 to the row `LIST`; return the length of the list.
+    """Write the indices of the vertices whose flag is not 0 to the row `LIST`. Return the length of the list.
 
     `flags` is the offset of the row of flags. Vertices with the flag `_WHOLE` come first, then those with `_CUT`.
 
@@ -464,11 +470,11 @@ def _unit(w: Any) -> Any:
 def integral_numbers(
     gain: float, integrals: Sequence[Integral | None], forms: Sequence[CosinePower | None], real: str
 ) -> tuple[float, ...]:
-    """Return the numbers that the stage from `integral_stage` reads, for rows of the type `real`.
+    """Return the numbers that the stage from `integral_stage` reads. `real` is the type of the arithmetic.
 
-    They are: the light's place, the gain and the light's radius; the offsets of the second integral's numbers and of
-    both lobes' numbers; then the numbers of each integral and its lobe, first around the normal, then around the
-    mirrored viewer. `integrals` and `forms` are as for `integral_stage`; `gain` multiplies the integrals.
+    In order: the light's place, the gain and the light's radius; the offsets of the second integral's numbers and of
+    both lobes' numbers; the numbers of the integral and lobe around the normal; then those around the mirrored viewer.
+    `integrals` and `forms` are as for `integral_stage`; `gain` multiplies the integrals.
     """
     place, radius = (0.0, 0.0, 0.0), 0.0
     parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"normal": ((), ()), "mirror": ((), ())}
@@ -483,13 +489,13 @@ def integral_numbers(
 
 
 def light_numbers(light: PunctualParameters) -> tuple[float, ...]:
-    """Return the numbers that a light's stage, from `light_stage`, reads."""
+    """Return the numbers that the stage from `light_stage` reads."""
     power = light.power or Power(0.0)
     own = light.parameters if light.pattern is None else (*light.pattern.parameters, *light.pattern.table)
     return *light.position, *light.attenuation, *power.numbers, *own
 
 
 def reflectance_numbers(reflectance: Reflectance) -> tuple[float, ...]:
-    """Return the numbers that a reflectance's stage, from `reflectance_stage`, reads."""
+    """Return the numbers that the stage from `reflectance_stage` reads."""
     power = reflectance.power({}) or Power(0.0)
     return *power.numbers, *reflectance.parameters({})

@@ -76,10 +76,11 @@ _LINE = 64
 
 
 def _prefetch(is_written: bool) -> Any:
-    """Return compiled code that prefetches a block of vectors by LLVM's hint, which is safe for any address.
+    """Return a function for compiled code that prefetches a block of vectors.
 
-    The processor's own prefetching works only during steady access, but a block is read and written in bursts, with
-    much arithmetic between them. Prefetching a block ahead saves some 5 % of the total time.
+    It prefetches for writing if `is_written`, else for reading. LLVM's hint is safe for any address. The processor's
+    own prefetching works only during steady access, but a block is read and written in bursts, with much arithmetic
+    between them. Prefetching a block ahead saves some 5 % of the total time.
     """
 
     @intrinsic
@@ -119,7 +120,7 @@ _NEAREST, _FARTHEST = np.float32(2.0**-110), np.float32(2.0**120)
 
 @inlined
 def in_type(vector: Any, rows: Any) -> tuple[Any, Any, Any]:
-    """Convert the three numbers of a vector or colour to the type of `rows`."""
+    """Return the three numbers of a vector or colour in the type of `rows`."""
     return as_type_of(rows, vector[0]), as_type_of(rows, vector[1]), as_type_of(rows, vector[2])
 
 
@@ -137,13 +138,13 @@ def put(rows: Any, i: int, w: tuple[Any, Any, Any]) -> None:
 
 @inlined
 def is_moderate(squared: Any) -> bool:
-    """Return True if a vector with this squared length can be used without scaling; False for NaN."""
+    """Return True if a vector with the squared length `squared` can be used without scaling; False for NaN."""
     return (squared >= _LEAST_MODERATE) & (squared <= _MOST_MODERATE)  # `and` would be a branch
 
 
 @inlined
 def transformed(matrix: Any, w: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Multiply the left 3 × 3 part of a matrix by the vector `w`."""
+    """Return the product of the left 3 × 3 part of a matrix and the vector `w`."""
     return (
         matrix[0, 0] * w[0] + matrix[0, 1] * w[1] + matrix[0, 2] * w[2],
         matrix[1, 0] * w[0] + matrix[1, 1] * w[1] + matrix[1, 2] * w[2],
@@ -196,7 +197,7 @@ def load_channel(channels: Any, first: int, count: int, row: Any) -> None:
 
 @compiled
 def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows: Any, target: int) -> None:
-    """Load the visible part of a light or of the sky into a row, for the side of each vertex that the viewer sees.
+    """Load the visible part of a light or of the sky into a row, for the side of each vertex that faces the viewer.
 
     If the viewer sees the same side of all vertices of the block, the other side's channel is not read.
 
@@ -205,7 +206,7 @@ def load_seen(channels: Any, channel: int, first: int, count: int, s: Any, rows:
     channels, first, count, s, rows
         As in the module's description.
     channel : int
-        Number of the channel with the visible part from the front.
+        Number of the channel with the visible part from the vertices' front sides.
     target : int
         Offset of the row to write.
     """
@@ -248,7 +249,7 @@ def load_points(array: Any, first: int, count: int, s: Any, rows: Any, points: A
 
 @inlined
 def _in_two(rows: Any, x: float) -> tuple[Any, Any]:
-    """Return `x` rounded to the type of `rows`, and the remainder in the same type."""
+    """Return `x` rounded to the type of `rows`, and the rest of `x` in the same type."""
     rounded = as_type_of(rows, x)
     return rounded, as_type_of(rows, x - np.float64(rounded))
 
@@ -269,11 +270,11 @@ def _measure_normals(rows: Any) -> bool:
 
 @compiled
 def load_normals(array: Any, first: int, count: int, s: Any, rows: Any, wide: Any) -> bool:
-    """Load the normals of a block, and write 1/|n|; return True if no vertex of the block is declined.
+    """Load the normals of a block, and write 1/|n|. Return True if no vertex of the block is declined.
 
-    The normals are `count` vectors of `array`, starting at index `first`. If `s.turns_normals`, they are
-    multiplied by `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this product nearly
-    vanishes. `wide` is scratch memory: three rows in float64.
+    The normals are `count` vectors of `array`, starting at index `first`. If `s.turns_normals`, they are multiplied by
+    `s.normal_matrix`. A vertex is declined, so that the reference lights it, if this product nearly vanishes. `wide` is
+    scratch memory: three rows in float64.
     """
     normals = shifted(rows, NX)
     if s.turns_normals:
@@ -312,7 +313,7 @@ def _unit(w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 @compiled
 def load_tangents(channels: Any, stride: int, first: int, count: int, rows: Any) -> None:
-    """Load a block's tangents t as unit vectors along (n × t) × n, orthogonal to the normal n; 0 if t is along n.
+    """Load a block's tangents t as unit vectors orthogonal to the normals n, along (n × t) × n; 0 if t is along n.
 
     `channels` begins with the channel of the tangents' x. Those of y and z are `stride` and 2 · `stride` further on.
     `first` and `count` are as in the module's description.
@@ -334,7 +335,7 @@ def approach(rows: Any, points: Any, x: float, y: float, z: float, measures: boo
 
     If `measures`, also write |D| into the row of strengths. `points` is as in the module's description. Return True if
     no vertex of the block is declined, that is, left to the reference. A vertex is declined if it is at the position or
-    not finite. If `measures`, it is also declined if |D| is out of range.
+    not finite; and, if `measures`, if |D| is out of range.
     """
     offsets, good = shifted(rows, DX), True
     (x0, x1), (y0, y1), (z0, z1) = _in_two(rows, x), _in_two(rows, y), _in_two(rows, z)

@@ -1,4 +1,7 @@
-"""Bounds on a light's contribution, and on its change when the light or viewer turns. They hold for every normal."""
+"""Bounds on a light's contribution, and on its change when the light or viewer turns. They hold for every normal.
+
+A term is one light in the equation. A state has the equation and bounds on the vertices.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ radians."""
 
 
 def most_color(state: PlanState, term: LightTerm) -> float:
-    """Return a bound on the colour, in any channel, that a term adds to any vertex if its light has strength 1."""
+    """Return a bound on a colour channel that a term adds to any vertex, if the term's light has strength 1."""
     red, green, blue = term.ambient
     for color, largest in zip(term.colors, state.equation.largest, strict=True):
         red += color[0] * largest
@@ -30,7 +33,7 @@ def most_color(state: PlanState, term: LightTerm) -> float:
 
 
 def most_sent(state: PlanState) -> float:
-    """Return a bound on a vertex's emission plus the direct light that it reflects diffusely, in any channel."""
+    """Return a bound on any channel of the light that a vertex sends: emission and diffusely reflected direct light."""
     equation = state.equation
     sent = [
         term.gain * state.reach(term).strongest * max(term.colors[k]) * equation.largest[k]
@@ -42,7 +45,7 @@ def most_sent(state: PlanState) -> float:
 
 
 def most_ambient(state: PlanState) -> float:
-    """Return a bound on the ambient light, in any channel, that a vertex reflects."""
+    """Return a bound on any channel of the ambient light that a vertex reflects."""
     terms = [term for term in state.equation.terms if any(term.ambient)]
     lights = math.fsum(term.gain * state.reach(term).strongest * max(term.ambient) for term in terms)
     return (lights + max(state.equation.ambient)) * ROUNDED_UP
@@ -83,7 +86,7 @@ def most_left(ratio: float, kept: int, count: int, sent: float, ambient: float) 
 
 
 def stand_in_error(state: PlanState, term: LightTerm, choice: Approximation) -> float:
-    """Return the largest colour error if the cheaper light `choice` replaces the light of a term."""
+    """Return the largest colour error if `choice`, a cheaper light, replaces the light of a term."""
     bound = most_color(state, term) * choice.spread
     if choice.turn is not None:
         bound += largest_change(state, term, choice.turn, light_moves=True) * choice.strongest
@@ -116,9 +119,9 @@ def largest_change(state: PlanState, term: LightTerm, turn: float, *, light_move
 
 
 def viewer_seen(state: PlanState, eye: Vector | None) -> Cone | None:
-    """Return the cone of directions from all vertices to the viewer; None if there is no bound.
+    """Return a cone that contains the directions from all vertices to the viewer; None if no bound is known.
 
-    The viewer is at the position `eye`; or, if `eye` is None, at infinity along the view axis.
+    The viewer is at the position `eye`. If `eye` is None, the viewer is at infinity along the view axis.
     """
     if eye is None:
         return state.equation.to_eye, TURN_SLACK
@@ -139,9 +142,9 @@ def widest_to_viewer(state: PlanState, light: Cone) -> float:
 
 
 def sightline(state: PlanState, term: LightTerm) -> AngleBounds | None:
-    """Return bounds on the angles between normal, term's light and viewer, over all vertices.
+    """Return bounds, over all vertices, on the angles between the normal, the term's light and the viewer.
 
-    Return None if no cone is known that contains the normals, the directions to the light or those to the viewer.
+    Return None if the direction of the normal, to the light or to the viewer has no known bound.
     """
     reach, normals = state.reach(term), state.extent.normal_cone
     viewer = viewer_seen(state, state.equation.eye) if normals and reach.direction else None

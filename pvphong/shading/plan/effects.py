@@ -1,7 +1,8 @@
-"""The effects that a scene may need: when each can be removed, when and why it is on, and the equation without it.
+"""The effects that a scene may need, such as shadows or attenuation.
 
+Each knows when it can be removed, why it is on or off, and the equation without it.
 An effect is a class in this module, and a row in the table `EFFECTS` at the end. Plans and the accuracy report read the
-table. An effect of lights whose replacements are defined in `lights.py` needs only a row, of class `LightEffect`.
+table. If `lights.py` defines the lights without an effect, the effect needs only a row, of class `LightEffect`.
 
 In order: the base class; the surface (matrix, emission, ambient light, bounces); lights (contribution, position,
 attenuation and cone, size, bands); reflection; the viewer; visibility.
@@ -55,18 +56,19 @@ terms if the light contributes nothing."""
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect that is removed light by light, and is on if any remaining light has it.
+    """An effect. It is removed light by light, and is on if any light keeps it.
 
     Parameters
     ----------
     name : str
-        Its name in a plan.
+        The effect's name in a plan.
     inputs : tuple of str
-        Inputs that it reads: some of "points", "normals", "viewer".
+        Inputs that the effect reads: some of "points", "normals", "viewer".
     absent : str
-        Reason for being off if a scene does not need it.
+        Reason in a plan if the scene does not need the effect.
     neutral : mapping
-        Field of the equation → its value without the effect. If empty, the effect is removed from each light's term.
+        Fields of the equation and their values without the effect. If empty, the effect is removed from each light's
+        term.
     once, each : float
         Approximate cost in nanoseconds per vertex: `once` for all lights together, plus `each` for every light for
         which the effect runs. The costs are rounded differences of the times with and without the effect, by the
@@ -105,18 +107,18 @@ class Effect:
         return state.rewritten(replace(state.equation, terms=tuple(terms)), *exact) if changes else state
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
-        """Return the terms that replace one light's term, without the effect, and the simplifications with bounds.
+        """Return the terms that replace a light's term to remove the effect, and the simplifications with bounds.
 
-        Return None if the light's term must stay as it is.
+        Return None if the term must stay as it is.
         """
         return None
 
     def has(self, equation: Equation, term: LightTerm) -> bool:
-        """Return True if the effect runs for a light."""
+        """Return True if the effect runs for a term's light."""
         return False
 
     def decide(self, state: PlanState) -> Decision:
-        """Return the decision for a finished state: on or off, the reason, and the error bound.
+        """Return the decision on the effect in a finished state: on or off, the reason, and the error bound.
 
         An effect is off because simplifications have removed it, because no light remains, or because no light has it.
         """
@@ -130,8 +132,8 @@ class Effect:
     def without(self, equation: Equation, point: Vector) -> Equation:
         """Return the equation without the effect, regardless of the error.
 
-        A value that varies over the mesh is replaced by its value at `point`. The accuracy report compares colours with
-        and without the effect. Plans do not call this.
+        A value that varies over the mesh is replaced by its value at `point`. The accuracy report calls this to compare
+        colours with and without the effect. Plans do not call it.
         """
         if self.neutral:
             return replace(equation, **self.neutral)
@@ -146,12 +148,12 @@ class Effect:
         return term
 
     def nanoseconds(self, decision: Decision) -> float:
-        """Return the approximate cost in nanoseconds per vertex; 0 if the effect does not run."""
+        """Return the approximate cost of the effect in nanoseconds per vertex; 0 if the decision is off."""
         return self.once + self.each * decision.lights if decision.on else 0.0
 
 
 def _evaluated(equation: Equation, terms: list[LightTerm]) -> int:
-    """Return the number of lights that evaluators run for the terms; each part of an area light counts as a light."""
+    """Return the number of lights that evaluators run for some terms. Each part of an area light counts as a light."""
     return len(in_parts(replace(equation, terms=tuple(terms))).terms)
 
 
@@ -210,13 +212,13 @@ class Bounces(Effect):
     """Light that bounces from surface to surface: as many bounces as the tolerance needs.
 
     If direct light is at most s, the light of the k-th bounce is at most rᵏ s. Here r is the largest product of an
-    albedo and the part of the hemisphere that surfaces fill. If the reflected ambient light is at most a, the part of
-    it that remains after n bounces is at most rⁿ a.
+    albedo and the fraction of the hemisphere that surfaces fill. If the reflected ambient light is at most a, what
+    remains of it after n bounces is at most rⁿ a.
 
     With several meshes, the plan of one mesh does not know the light and albedos of the others, so it keeps all
-    bounces. Nor does it know the errors of their plans. But each plan limits the error of its direct light to half the
-    tolerance divided by 1 + n, the number of terms of the series. Since r is at most 1, the errors that arrive at this
-    mesh are at most half the tolerance.
+    bounces. It does not know the errors of their plans either. But each plan limits the error of its direct light to
+    half the tolerance, divided by 1 + n, the number of terms of the series. Since r is at most 1, the errors that
+    arrive at this mesh are at most half the tolerance.
     """
 
     def simplify(self, state: PlanState) -> PlanState:
@@ -265,7 +267,7 @@ _BOUNCES_SAID = 3
 
 
 class Lights(Effect):
-    """Contribution of a light: black lights are removed, and lights that are too weak for the tolerance.
+    """Contribution of a light. Black lights are removed, and lights that are too weak for the tolerance.
 
     `LightEffect` removes lights that do not reach the mesh.
     """
@@ -287,7 +289,7 @@ class Lights(Effect):
 
 
 class LightEffect(Effect):
-    """Effect of some kinds of light, removed by replacing the light with a cheaper one.
+    """An effect that only some kinds of light have. It is removed by replacing the light with a cheaper one.
 
     `lights.py` defines the cheaper lights and their errors. This class compares the errors with the tolerance. It also
     removes a light that does not reach the mesh.
@@ -316,10 +318,10 @@ class LightEffect(Effect):
 
 
 class Size(LightEffect):
-    """Size of an area light, removed by a light at a point if the error is allowed.
+    """Size of an area light. It is removed by replacing the light with a light at a point, if the error is allowed.
 
-    A lobe without a closed form is summed over nodes: lights at points of the area light. If a single light has too
-    large an error, fewer nodes may replace these nodes.
+    A lobe without a closed form is summed over nodes, small lights at points of the area light. If a single light has
+    too large an error, fewer nodes may replace these nodes.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
@@ -340,7 +342,8 @@ class Size(LightEffect):
     def decide(self, state: PlanState) -> Decision:
         """Return the decision. Its reason says whether lobes are integrated over the lights exactly or by nodes.
 
-        The decision counts only lights with an exact integral. The other effects count the nodes, as lights.
+        The decision counts only lights with an exact integral. The decisions of other effects count each node as a
+        light.
         """
         decision, equation, integrals = super().decide(state), state.equation, 0
         by_method: dict[str, list[str]] = {}
@@ -358,10 +361,10 @@ class Size(LightEffect):
 
 
 class Sky(Effect):
-    """Variation of an environment light over directions: its bands of spherical harmonics beyond the first."""
+    """Variation of an environment light with direction: its bands of spherical harmonics beyond the first."""
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
-        """Return the term with the fewest bands whose error is allowed; None if all bands are needed."""
+        """Return the term with the smallest number of bands whose error is allowed; None if all bands are needed."""
         for bands in range(1, _bands(term)) if state.allowance else ():
             bound = _error_without_bands(state.equation, term, bands)
             if bound <= state.allowance:
@@ -393,7 +396,7 @@ def _bands(term: LightTerm) -> int:
 
 
 def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> float:
-    """Return the largest colour error if only the first `bands` bands of a term's light are evaluated."""
+    """Return the largest colour error if only `bands` bands of spherical harmonics are kept in a term's light."""
     errors = [
         max(color) * term.light.error_without_bands(form, bands)
         for form, color in zip(equation.forms, term.colors, strict=True)
@@ -408,8 +411,8 @@ def _error_without_bands(equation: Equation, term: LightTerm, bands: int) -> flo
 class Reflection(Effect):
     """One component of the reflected light, diffuse or specular.
 
-    If the component is black, its colours in each light's term are zero. Evaluators skip zeros, so the equation is not
-    rewritten.
+    If the component is black, each light's term has zeros for its colours. Evaluators skip zeros, so the equation is
+    not rewritten.
     """
 
     name: Component
@@ -422,7 +425,7 @@ class Reflection(Effect):
 
 
 class Specular(Reflection):
-    """Highlight of a light, removed if it is too weak for the tolerance or hardly reaches a vertex."""
+    """Highlight of a light. It is removed if it is too weak for the tolerance, or reaches almost no vertex."""
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
         equation = state.equation
@@ -452,7 +455,7 @@ _EDGE_ON = 1e-4
 
 
 class TwoSided(Effect):
-    """Turning of normals towards the viewer, removed if no vertex faces away.
+    """Turning of normals towards the viewer. It is removed if no vertex faces away.
 
     Vertices on the back of a closed mesh count too: the viewer does not see them, but their colours are data.
     """
@@ -477,7 +480,7 @@ class TwoSided(Effect):
 
 
 class LocalViewer(Effect):
-    """Position of the viewer, replaced by a viewer at infinity if it is far away."""
+    """Position of the viewer. If the viewer is far away, a viewer at infinity replaces it."""
 
     def simplify(self, state: PlanState) -> PlanState:
         equation = state.equation
@@ -514,11 +517,11 @@ class LocalViewer(Effect):
 
 
 class Shadow(Effect):
-    """Shadows of a light, removed if nothing can block it.
+    """Shadows of a light. They are removed if nothing can block the light.
 
     If an area light is partly hidden, each lobe is multiplied by the visible part of the light's irradiance. This is
-    exact for matt surfaces. A highlight may reflect only the hidden part of the light, so its error can be as large as
-    its brightness. `tradeoff` measures this error.
+    exact for matt surfaces. A highlight may reflect only the hidden part of the light. So the highlight's error can be
+    as large as its brightness. `tradeoff` measures this error.
     """
 
     def try_remove(self, state: PlanState, term: LightTerm) -> Change | None:
@@ -549,7 +552,7 @@ class Shadow(Effect):
 
 
 class Occlusion(Effect):
-    """Ambient occlusion, removed if nothing can hide the sky."""
+    """Ambient occlusion. It is removed if nothing can hide the sky."""
 
     def simplify(self, state: PlanState) -> PlanState:
         equation = state.equation

@@ -1,11 +1,12 @@
 """Bounds on each kind of light, and the cheaper lights that may replace it in a plan.
 
-These rules decide that a light does not reach the mesh, so that it is removed. Black lights, and those too weak for the
-tolerance, are removed by `effects.Lights`.
+These rules decide whether a light reaches the mesh; a light that does not is removed. Black lights, and those too weak
+for the tolerance, are removed by `effects.Lights`.
 
 Four functions dispatch on the kind of light. `effects` returns the names of its effects: position, attenuation, cone,
-size, sky. `reach` bounds its contribution. `simpler` returns a cheaper light that may replace it. `without` returns it
-without one effect. Kinds that are not registered have no bounds, so they run unchanged.
+size, sky. `reach` returns bounds on its contribution. `simpler` returns a cheaper light without one of the effects, and
+a bound on the error. `without` returns a light without one of the effects, whatever the error. Kinds that are not
+registered have no bounds, so they run unchanged.
 
 In order: these functions; lights with a position and falloff, and cones; area lights; environment lights.
 """
@@ -64,24 +65,25 @@ class Approximation(NamedTuple):
     """Cheaper lights that may replace a light, and bounds on the error."""
 
     make: Callable[[], tuple[Light, ...]] | None
-    """Function that returns the cheaper lights; None if the original does not reach the mesh. Of a light that replaces
-    the original, only position and falloff are used: colours and intensity are the original's. Of several lights that
-    replace an area light's nodes, the diffuse colours and intensities are used too: they multiply the original's."""
+    """Function that returns the cheaper lights; None if the original does not reach the mesh. Only position and falloff
+    of a cheaper light are used; colours and intensity are those of the original. If several lights replace an area
+    light's nodes, their diffuse colours and intensities multiply those of the original."""
 
     why: str = ""
-    """Reason for the replacement. The colour error takes the place of `{bound}` in it."""
+    """Reason for the replacement. The text `{bound}` in it is replaced by the colour error."""
 
     factor: float = 1.0
     """Factor that multiplies the cheaper lights' strength."""
 
     spread: float = 0.0
-    """Largest error of the total strength of the cheaper lights."""
+    """Largest error of the sum of the cheaper lights' strengths."""
 
     turn: float | None = None
     """Largest error of the direction to the light, in radians; None if the direction is exact."""
 
     strongest: float = 1.0
-    """Largest total strength at any vertex, over all parts of an area light; used if the direction has an error."""
+    """Largest sum of strengths at any vertex, over all parts of an area light. It is used if the direction has an
+    error."""
 
 
 # --- functions that dispatch on the kind of light
@@ -89,9 +91,9 @@ class Approximation(NamedTuple):
 
 @singledispatch
 def effects(light: Any) -> frozenset[str]:
-    """Return the names of a light's effects: by default, position, and size if the light has a size.
+    """Return the names of a light's effects.
 
-    A uniform light has none.
+    By default: the position, and the size if the light has a size. A uniform light has no effects.
     """
     if light.is_uniform:
         return frozenset()
@@ -100,20 +102,20 @@ def effects(light: Any) -> frozenset[str]:
 
 @singledispatch
 def reach(light: Any, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 no bounds
-    """Return bounds on a light's contribution to the vertices."""
+    """Return bounds on a light's contribution to the vertices in `extent`."""
     return LightBounds()
 
 
 @singledispatch
 def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:  # noqa: ARG001 there is none
-    """Return a cheaper light that could replace a light for the vertices; None if there is none.
+    """Return a cheaper light that may replace a light, without one of its effects; None if there is none.
 
     Parameters
     ----------
     light : Light
-        The light.
+        The light to replace.
     effect : str
-        One of the light's effects, which the replacement does not have.
+        The effect to remove, one of the names that `effects` returns.
     extent : MeshBounds
         Bounds on the vertices. They are slow to compute, so use them only if necessary.
     exactly : bool
@@ -124,18 +126,19 @@ def simpler(light: Any, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 
 @singledispatch
 def without(light: Any, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 there is none
-    """Return a light without one of its effects, regardless of the error, and a factor.
+    """Return a light without one of its effects, whatever the error, and a factor for its strength.
 
-    Only position and falloff of the returned light are used: colours and intensity are the original's. The factor
-    multiplies the returned light's strength. A value that varies over the mesh is replaced by its value at `point`.
+    `effect` is one of the names that `effects` returns. Only position and falloff of the returned light are used;
+    colours and intensity are those of the original. A value that varies over the mesh is replaced by its value at
+    `point`.
     """
     return light, 1.0
 
 
 def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
-    """Return the parallel light that replaces a light, and its strength.
+    """Return the parallel light that replaces a light, and the strength of the parallel light.
 
-    Its direction and strength are those of the light that arrives at `point`.
+    Direction and strength are those with which the light arrives at `point`.
     """
     arrival = light.arrival(np.array(point)[:, None])
     x, y, z = (-arrival.direction[:, 0]).tolist()
@@ -149,13 +152,16 @@ def _parallel_at(light: Any, point: Vector) -> tuple[Light, float]:
 
 @effects.register
 def _(light: DirectionalLight) -> frozenset[str]:
-    """Return the size, if the light has an angle."""
+    """Return the names of a directional light's effects: the size, if it has an angle."""
     return frozenset({SIZE} if light.has_size else ())
 
 
 @reach.register
 def _(light: DirectionalLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
-    """Return strength 1 from one direction; with an angle, the strength of all parts, and the angular radius."""
+    """Return the bounds of a directional light: its strength, its direction and, with an angle, its angular radius.
+
+    The strength is 1. With an angle, it is the sum over all parts of the light.
+    """
     x, y, z = unit_vector(light.direction)
     if not light.has_size:
         return LightBounds(1.0, (-x, -y, -z), TURN_SLACK)
@@ -163,13 +169,17 @@ def _(light: DirectionalLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG0
 
 
 def _of_all_parts(light: DirectionalLight) -> float:
-    """Return the sum of the strengths of the parts of a light with an angle, as for its nodes, rounded up."""
+    """Return the sum of the strengths of all parts (nodes) of a directional light with an angle, rounded up."""
     return 2.0 / (1.0 + math.cos(light.angular_radius)) * ROUNDED_UP
 
 
 @simpler.register
 def _(light: DirectionalLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Approximation | None:  # noqa: ARG001 the same everywhere
-    """Return parallel light from the middle of the patch of the sky."""
+    """Return the parallel light from the middle of a directional light with an angle.
+
+    Return None for other effects than "size". Return None also if `exactly` is True: the colours must then stay the
+    same to the last bit.
+    """
     if exactly or effect != SIZE:
         return None
     why, strongest = "small: equal to parallel light to within {bound:.2g}", _of_all_parts(light)
@@ -179,7 +189,10 @@ def _(light: DirectionalLight, effect: str, extent: MeshBounds, *, exactly: bool
 
 @without.register
 def _(light: DirectionalLight, effect: str, point: Vector) -> tuple[Light, float]:  # noqa: ARG001 the same everywhere
-    """Return, without size, parallel light from the middle of the patch of the sky."""
+    """Return a directional light without the effect `effect`, and the factor 1.
+
+    Without the size, it is parallel light from the middle of the light.
+    """
     return (light.nodes(1)[0] if effect == SIZE else light), 1.0
 
 
@@ -188,7 +201,7 @@ def _(light: DirectionalLight, effect: str, point: Vector) -> tuple[Light, float
 
 @effects.register
 def _(light: Weakening) -> frozenset[str]:
-    """Return the names of a point light's effects: position, and attenuation if it is not constant 1."""
+    """Return the names of a point light's effects: the position and, unless it is constant 1, the attenuation."""
     return frozenset({POSITION} if tuple(light.attenuation) == NONE else {POSITION, ATTENUATION})
 
 
@@ -196,7 +209,7 @@ def _(light: Weakening) -> frozenset[str]:
 def _(light: Weakening, extent: MeshBounds) -> LightBounds:
     """Return the bounds of a light with attenuation, for the vertices in `extent`.
 
-    The largest strength is that at the nearest possible vertex.
+    The largest strength is the strength at the smallest possible distance.
     """
     seen = extent.sight(light.position)
     if seen is None:
@@ -205,12 +218,15 @@ def _(light: Weakening, extent: MeshBounds) -> LightBounds:
 
 
 def _strongest(seen: BoundingCone, attenuation: VectorLike) -> float:
-    """Return the largest strength of a light at any vertex; `seen` bounds the directions to the light's position."""
+    """Return the largest strength at any vertex of a light with this attenuation.
+
+    `seen` bounds the directions and distances from the vertices to the light.
+    """
     return strength_at(max(seen.distance - seen.radius, 0.0) / ROUNDED_UP, attenuation) * ROUNDED_UP
 
 
 def _evenly_strong(light: Any, extent: MeshBounds, *, exactly: bool) -> Approximation | None:
-    """Return a light without attenuation that may replace a light; None if there is no bound on the error.
+    """Return the same light without attenuation; None if there is no bound on the error.
 
     `extent` bounds the vertices. If `exactly` is True, the colours must stay the same to the last bit, so a light is
     returned only if the attenuation is constant. If it is False, the attenuation may vary, but no vertex may be at the
@@ -254,10 +270,10 @@ def _(light: PointLight, effect: str, extent: MeshBounds, *, exactly: bool) -> A
 
 @without.register
 def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a light with attenuation without the effect `effect`, and the factor of its strength.
+    """Return a light with attenuation without the effect `effect`, and a factor for its strength.
 
-    Without the attenuation, it is the same light with the constant strength that it has at `point`. Without the
-    position, it is parallel light with the direction and the strength at `point`.
+    Without the attenuation, the factor is the strength at `point`. Without the position, it is parallel light with the
+    direction and the strength at `point`.
     """
     this: Any = light
     if effect == ATTENUATION:
@@ -268,13 +284,16 @@ def _(light: Weakening, effect: str, point: Vector) -> tuple[Light, float]:
 
 @reach.register
 def _(light: PhotometricLight, extent: MeshBounds) -> LightBounds:
-    """Return bounds as for a point light that has the lamp's largest intensity in all directions."""
+    """Return the bounds of a photometric light: those of a point light with the lamp's largest intensity."""
     return reach.dispatch(Weakening)(light, extent)
 
 
 @without.register
 def _(light: PhotometricLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return, without position, parallel light with the direction and the strength at the point."""
+    """Return a photometric light without the effect `effect`, and a factor for its strength.
+
+    Without the position, it is parallel light with the direction and the strength at `point`.
+    """
     return _parallel_at(light, point) if effect == POSITION else (light, 1.0)
 
 
@@ -319,7 +338,7 @@ def _(light: SpotLight, effect: str, extent: MeshBounds, *, exactly: bool) -> Ap
 
 @without.register
 def _(light: SpotLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a spot light without the effect `effect`, and the factor of its strength.
+    """Return a spot light without the effect `effect`, and a factor for its strength.
 
     Without the cone, it is a point light. Without attenuation, it is a spot light with the constant strength at
     `point`. Without the position, it is parallel light with the direction and the strength at `point`.
@@ -347,14 +366,15 @@ def _(light: SphereLight, extent: MeshBounds) -> LightBounds:
 def _(light: Flat, extent: MeshBounds) -> LightBounds:
     """Return the bounds of a flat area light, for the vertices in `extent`.
 
-    They hold for all points of the sphere that encloses the light.
+    They hold for all points of a sphere around the light.
     """
     return _reach_within(light.center, light.reach_radius, extent)
 
 
 def _reach_within(center: Vector, radius: float, extent: MeshBounds) -> LightBounds:
-    """Return the bounds of a light that is inside a sphere, for the vertices in `extent`.
+    """Return the bounds of a light inside a sphere, for the vertices in `extent`.
 
+    `center` and `radius` are those of the sphere.
     The sphere's nearest point bounds the distance of the light. The sphere's outline bounds its direction.
     """
     seen = extent.sight(center)
@@ -407,13 +427,14 @@ def _(light: Flat, effect: str, extent: MeshBounds, *, exactly: bool) -> Approxi
 
 
 def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: Any) -> Approximation | None:
-    """Return a light without a size that replaces a light inside a sphere; None if the sphere is near or nothing is
-    known.
+    """Return a light without a size that replaces a light inside a sphere.
+
+    Return None if the sphere is near, or nothing is known about the vertices.
 
     Parameters
     ----------
     seen : BoundingCone or None
-        Bounds on the directions to the sphere's centre.
+        Bounds on the directions from the vertices to the sphere's centre.
     radius : float
         Radius of the sphere.
     light : Light
@@ -433,7 +454,7 @@ def _as_point(seen: BoundingCone | None, radius: float, light: Light, spread: An
 
 @without.register
 def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a sphere light without the effect `effect`, and the factor of its strength.
+    """Return a sphere light without the effect `effect`, and a factor for its strength.
 
     Without the size, it is a point light at the centre. Without the position, it is parallel light with the direction
     and the strength at `point`.
@@ -443,7 +464,7 @@ def _(light: SphereLight, effect: str, point: Vector) -> tuple[Light, float]:
 
 @without.register
 def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
-    """Return a flat area light without the effect `effect`, and the factor of its strength.
+    """Return a flat area light without the effect `effect`, and a factor for its strength.
 
     Without the size, it is a spot light at the centre. Without the position, it is parallel light with the direction
     and the strength at `point`.
@@ -457,9 +478,9 @@ def _(light: Flat, effect: str, point: Vector) -> tuple[Light, float]:
 def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation | None:
     """Return at most `count` nodes that may replace a light's `NODES` nodes; None if there is no bound on the error.
 
-    A node is a small light at a point; the sum of the nodes replaces an area light. Nodes that are close together are
-    merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per unit of length. So does h/d³, the
-    falloff of a flat light at height h above its plane (the field of a dipole).
+    The nodes of an area light are small lights at points of it; their sum replaces the area light. Nodes that are close
+    together are merged at their mean position. At distance d, 1/d² changes by at most 2/d³ per unit of length. So does
+    h/d³, the falloff of a flat light at height h above its plane (the field of a dipole).
 
     Parameters
     ----------
@@ -497,7 +518,7 @@ def merged_nodes(light: Light, count: int, extent: MeshBounds) -> Approximation 
 
 
 def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
-    """Split `places`, positions of shape (n, 3), into at most `count` groups.
+    """Split positions, shape (n, 3), into at most `count` groups of neighbours.
 
     Groups are halved repeatedly along their longest axis.
     """
@@ -512,7 +533,7 @@ def _halved(places: Float64Array, count: int) -> Sequence[Float64Array]:
 
 @effects.register
 def _(light: EnvironmentLight) -> frozenset[str]:
-    """Return the names of an environment light's effects: the sky, or none if light is the same from all directions."""
+    """Return the names of an environment light's effects: "sky", unless the light is the same from all directions."""
     return frozenset({SKY}) if light.bands > 1 else frozenset()
 
 
@@ -520,7 +541,7 @@ def _(light: EnvironmentLight) -> frozenset[str]:
 def _(light: EnvironmentLight, extent: MeshBounds) -> LightBounds:  # noqa: ARG001 the same everywhere
     """Return the bounds of an environment light: a bound on its strength, and no direction.
 
-    Lobes reflect no more of it than a factor of 1 would.
+    No lobe reflects more of this light than a constant factor of 1 would.
     """
     strongest = max(1.0, _OVERSHOOT * float(light.panorama.total.max())) * ROUNDED_UP
     return LightBounds(strongest, None, 0.0)

@@ -1,8 +1,7 @@
 """The plan for a scene: the simplified equation, its evaluation, and an explanation of each effect.
 
-With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) if there is enough work to be worth
-loading it. The readable evaluator (`reference`) does the other work. It also lights the vertices that the compiled
-evaluator declines.
+With backend="auto", `Plan.run` uses the compiled evaluator (`kernel.evaluation`) if there is enough work, and else the
+readable evaluator (`reference`). The readable evaluator also lights the vertices that the compiled evaluator declines.
 """
 
 from __future__ import annotations
@@ -66,8 +65,8 @@ class Plan:
     error_bound : float
         Bound on the absolute colour error, apart from rounding; at most `tolerance`.
     faces_away : bool
-        True if every vertex faces away from every light and would be lit from behind, so that only ambient light and
-        emission remain. Only computed in plans for meshes.
+        True if every vertex faces away from every light, so that only ambient light and emission remain. Only computed
+        in plans for meshes.
     equation : Equation
         The simplified equation, which evaluators run.
     whole : Equation
@@ -135,10 +134,10 @@ class Plan:
 
     @classmethod
     def of_equation(cls, whole: Equation, vertices: Vertices, tolerance: float = 0.0) -> Plan:
-        """Return the plan for vertices and `whole`, an equation before simplification.
+        """Return the plan for vertices and `whole`, an equation that is not simplified yet.
 
-        `whole` is the equation of a scene, or an equation derived from it. `tolerance` is the largest colour error that
-        is allowed.
+        `whole` is the equation of a scene, or an equation derived from it. `tolerance` is the largest allowed colour
+        error.
         """
         state = PlanState.first(whole, tolerance, vertices)
         for effect in EFFECTS:
@@ -180,15 +179,15 @@ class Plan:
             Shape (k, n, 3): bounced light, needed if other meshes send light too; see `interreflection.bounced`. By
             default it is computed from the vertices' own transport.
         among : int, default 0
-            Total number of vertices of a series of calls to which this call belongs; 0 for a single call. It decides
-            whether `backend="auto"` uses compiled code.
+            Total number of vertices in a series of calls that this call belongs to; 0 for a single call. With
+            `backend="auto"`, this number decides whether compiled code is used.
 
         Raises
         ------
         ValueError
             If an option has a value that `pvphong.evaluate` does not accept; if `backend` is "numba" and Numba is
-            missing; if shadows are needed and `vertices` has no visibility; or if bounces are needed and it has no
-            transport.
+            missing; if shadows are needed and `vertices` has no visibility; or if bounces are needed and `vertices` has
+            no transport.
         """
         real = np.dtype(check.choice("precision", precision, get_args(Precision)))
         components = check.flag("components", components)
@@ -295,7 +294,7 @@ class Plan:
 
     @property
     def _said(self) -> tuple[str, ...]:
-        """A sentence on what the colours depend on, and a warning if every vertex faces away from every light."""
+        """Sentences on the inputs that change the colours, and a warning if all vertices face away from all lights."""
         reads = ", ".join(sorted(self.needs)) or "nothing"
         depends = "change" if self.view_dependent else "do not change"
         dependence = f"It reads {reads}; the colours {depends} when the viewer moves."
@@ -303,7 +302,7 @@ class Plan:
 
     @property
     def _names(self) -> str:
-        """A sentence that says what each name passed by the user stands for, for example an array; "" without names."""
+        """A sentence on the names in the user's material: what each stands for, such as an array. "" without names."""
         listed = ", ".join(f"{name} is {what}" for name, what in self.maps.items())
         return f"By name, {listed}." if listed else ""
 
@@ -328,7 +327,7 @@ class Plan:
 def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> Shading:
     """Add bounced light, shape (k, n, 3), to direct light in place, and clamp the sum if the equation clamps.
 
-    If components were requested, return a record with the bounced light too.
+    If components were requested, return a record that also has the bounced light.
     """
     direct.rgb[:] += bounced.sum(axis=0)
     if equation.clamp:
@@ -337,18 +336,18 @@ def _with_bounced(direct: Shading, bounced: FloatArray, equation: Equation) -> S
 
 
 def is_worth_loading(count: int, equation: Equation) -> bool:
-    """Return True if lighting `count` vertices is enough work for the compiled evaluator.
+    """Return True if lighting `count` vertices is enough work to load the compiled evaluator.
 
-    `backend="auto"` then uses that evaluator, provided that its code has been compiled already.
+    `backend="auto"` then uses this evaluator, if its code has been compiled already.
     """
     lights = len(equation.terms) + (_AS_LIGHT_THAT_BOUNCES if equation.bounces else 0)
     return count * lights >= _WORTH_LOADING
 
 
 def load_compiled() -> None:
-    """Load the compiled evaluator, if its code has been compiled, so that windows use it for small meshes too.
+    """Load the compiled evaluator, if its code has been compiled. Windows then use it for small meshes too.
 
-    It takes half a second or more, and may be called in another thread.
+    Loading takes half a second or more. This function may be called in another thread.
     """
     vertices = Vertices(np.zeros((1, 3), np.float32), np.array([[0.0, 0.0, 1.0]], np.float32))
     planned = Plan.of(Scene([LIGHT_TYPES["directional"]()], Viewer()), Material(), vertices)

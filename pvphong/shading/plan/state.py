@@ -36,10 +36,9 @@ class Decision:
     why : str
         Reason as text.
     bound : float
-        Largest absolute colour error from omitting the effect, for all lights or for some of them; 0 if the colours
-        stay exact.
+        Largest absolute colour error from omitting the effect for some or all lights; 0 if the colours stay exact.
     lights : int
-        Number of lights for which the effect runs, if it concerns lights.
+        Number of lights for which the effect runs; 0 for an effect that does not concern lights.
     """
 
     on: bool
@@ -49,10 +48,10 @@ class Decision:
 
 
 class Simplification(NamedTuple):
-    """One rewriting of the equation: an effect that was omitted, for one light or for all.
+    """One change of the equation: an effect was omitted, for one light or for all.
 
     `light` is the light's label, or "" if the effect does not concern one light. `bound` is the largest colour error.
-    `only_for_this_viewer` is True if the effect may have to run for another viewer.
+    `only_for_this_viewer` is True if another viewer may need the effect.
     """
 
     effect: str
@@ -64,7 +63,7 @@ class Simplification(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanState:
-    """The state of a plan while it is made: an equation, and the bounds by which effects rewrite it.
+    """The state of a plan while it is made: the equation so far, and bounds that decide which effects are removed.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ class PlanState:
     tolerance : float
         Total error that is allowed in the sum of all light. The colour is this sum, raised to 1/gamma.
     simplifications : tuple of Simplification
-        Rewritings so far.
+        Changes of the equation so far.
     visibility : VisibilityLike or None
         Visibility from the vertices, if known.
     transport : TransportLike or None
@@ -123,9 +122,9 @@ class PlanState:
         return math.fsum(map(self._of_colors, self.simplifications)) * ROUNDED_UP
 
     def _of_colors(self, note: Simplification) -> float:
-        """Return the bound on the colour error of a simplification, `note`.
+        """Return the bound on the colour error of the simplification `note`.
 
-        A bound on direct light is multiplied by `gain`.
+        For direct light, it is multiplied by `gain`.
         """
         return note.bound if note.effect == BOUNCES else note.bound * self.gain
 
@@ -133,8 +132,7 @@ class PlanState:
     def allowance(self) -> float:
         """Error of direct light that the next approximation may add; 0 if no approximation is allowed.
 
-        Each light may use the same fraction of the tolerance. If less than this fraction remains of the tolerance, the
-        result is what remains.
+        Each light may use the same fraction of the tolerance, or what remains of the tolerance if this is less.
         """
         if not self.tolerance:
             return 0.0
@@ -142,12 +140,13 @@ class PlanState:
         return min(share, max(self.tolerance - self.error_bound, 0.0) / ROUNDED_UP**2) / self.gain
 
     def rewritten(self, equation: Equation, *simplifications: Simplification) -> PlanState:
-        """Return the state with another equation and more simplifications."""
+        """Return the state with another equation, and with `simplifications` appended."""
         return replace(self, equation=equation, simplifications=(*self.simplifications, *simplifications))
 
     def why_without(self, effect: str) -> str:
-        """Return the reasons for omitting an effect so far, each with the lights that it concerns; "" if there are
-        none.
+        """Return the reasons for omitting an effect so far, each with the lights that it concerns.
+
+        Return "" if the effect was not omitted.
         """
         lights_by_reason = defaultdict[str, list[str]](list)
         for note in self.simplifications:
@@ -158,5 +157,5 @@ class PlanState:
         )
 
     def bound_of(self, effect: str) -> float:
-        """Return the bound on the colour error from all simplifications of an effect: the sum of their bounds."""
+        """Return the bound on the colour error from omitting `effect`: the sum over its simplifications."""
         return math.fsum(self._of_colors(note) for note in self.simplifications if note.effect == effect)

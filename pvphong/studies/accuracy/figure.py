@@ -1,4 +1,6 @@
-"""Figure of a report: Pareto fronts, pictures, histogram of errors, and ledger of costs. Needs Matplotlib."""
+"""Figure of a report: Pareto fronts (the rows that no other row beats in error and time), pictures, a histogram of
+errors, and the costs of effects. Needs Matplotlib.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,7 @@ _LEAST_SHOWN = 0.01
 
 
 def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics | None = None) -> None:
-    """Draw a report into a file. If `physics` is given, add at the bottom the panel that compares light models.
+    """Draw a report into a file. With `physics`, add a panel at the bottom that compares light models.
 
     Raises
     ------
@@ -73,14 +75,14 @@ def save_figure(report: Result, path: str | os.PathLike[str], physics: Physics |
 
 
 def draw_fronts(part: Any, report: Result) -> None:
-    """Draw the report's Pareto fronts, one for each kind of error, side by side in the Matplotlib subfigure `part`."""
+    """Draw a report's Pareto fronts side by side, one for each kind of error. `part` is a Matplotlib subfigure."""
     shown = [kind for kind in KINDS if any(row.kind == kind for row in report.rows)]
     for axes, kind in zip(np.atleast_1d(part.subplots(1, len(shown))), shown, strict=True):
         _draw_front(axes, report, kind)
 
 
 def _how_it_falls(rows: Sequence[Row]) -> list[str]:
-    """Describe, in lines of text, how fast the RMS interpolation error falls as splitting adds points to a mesh.
+    """Return lines of text on how fast the RMS interpolation error falls as splitting adds points to a mesh.
 
     `rows` are the rows for the original mesh, uniform splitting and adaptive splitting. With uniform splitting, the
     triangles along a jump of the colour keep their errors. With n points, the area of these triangles is proportional
@@ -99,7 +101,7 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Return the height at which a row's marker is drawn: its largest error, or `zero` if the error is 0.
+    """Return the vertical position of a row's marker: its largest error, or `zero` if the error is 0.
 
     The axis is logarithmic and has no 0.
     """
@@ -157,9 +159,9 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
     rows : sequence of Row
         Rows that are drawn.
     zero : float
-        Height at which an error of 0 is drawn. This height gets a tick label.
+        Vertical position at which an error of 0 is drawn. It gets a tick label.
     tolerance : float
-        Tolerance of the report. The limits must include it.
+        Tolerance of the report. The limits include it.
     """
     from matplotlib.ticker import FixedLocator, LogLocator
 
@@ -181,9 +183,9 @@ def _set_limits(axes: Any, rows: Sequence[Row], zero: float, tolerance: float) -
 
 
 def _label(axes: Any, rows: Sequence[Row], zero: float) -> None:
-    """Draw the rows' names in a column on the right, in the order of their errors, with thin lines to the markers.
+    """Draw the rows' names in a column on the right, in the order of their errors. Thin lines lead to the markers.
 
-    `zero` is the height at which an error of 0 is drawn.
+    `zero` is the vertical position at which an error of 0 is drawn. `axes` are the axes to draw on.
     """
     low, high = np.log10(axes.get_ylim())
     ordered = sorted(rows, key=lambda row: (_height(row, zero), row.time.median))
@@ -233,10 +235,11 @@ class Picture(NamedTuple):
 def linked_pictures(report: Result) -> list[Picture]:
     """Draw the mesh from one viewer, in three or four pictures.
 
-    These show the reference colours, the colours of the chosen row, the chosen row's signed errors at the vertices, and
-    the interpolation errors inside triangles. The fourth picture is drawn only if all triangles were searched. The
-    viewer is the scene's if it sees the mesh; otherwise it is one that frames the mesh. The colour scale of errors at
-    the vertices is symmetric and ends at the largest error. The scale of errors inside triangles is logarithmic.
+    The first shows the reference colours, the second the colours of the chosen row, the third that row's signed errors
+    at the vertices. The fourth shows the interpolation errors inside triangles, and is drawn only if all triangles were
+    searched. The scene's viewer is used if it sees the mesh; otherwise, a viewer that frames the mesh. The colour scale
+    of errors at the vertices is symmetric and ends at the largest error. The scale of errors inside triangles is
+    logarithmic.
 
     Raises
     ------
@@ -276,10 +279,10 @@ def _covered(pixels: NDArray[np.uint8]) -> BoolArray:
 def error_scale(errors: Float64Array, tolerance: float | None = None) -> Any:
     """Return a colour scale for errors, as a `matplotlib.cm.ScalarMappable`.
 
-    Without a tolerance, the scale is linear, for signed errors: 0 is white, positive errors are red, negative ones
-    blue. It ends at the largest absolute error, or at one display step if all errors are 0. With a tolerance, the scale
-    is logarithmic, for absolute errors. It begins at a hundredth of the tolerance (white), and ends at the tolerance or
-    the largest error, whichever is larger.
+    Without a tolerance, the scale is linear, for signed errors. Errors of 0 are white, positive errors red, negative
+    errors blue. It ends at the largest absolute error, or at one display step if all errors are 0. With a tolerance,
+    the scale is logarithmic, for absolute errors. It begins at a hundredth of the tolerance (white), and ends at the
+    tolerance or the largest error, whichever is larger.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize

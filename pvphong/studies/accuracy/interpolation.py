@@ -109,7 +109,7 @@ class Interpolation(NamedTuple):
 
 
 def seconds_of_rays(subject: Subject, tolerance: float) -> float:
-    """Estimate the seconds that rays inside triangles add to a float64 evaluation of all vertices.
+    """Estimate the seconds that rays inside triangles take in addition to a float64 evaluation of all vertices.
 
     The search of a triangle evaluates about _EVALUATIONS points, and casts rays from _PLACES of them. If the scene
     needs no rays, the result is 0.
@@ -151,7 +151,7 @@ def interpolation(
     mesh : pyvista.PolyData
         A checked surface.
     subject : Subject
-        The mesh's points, normals, scene and material. If it has a visibility, rays are cast inside triangles.
+        The mesh's points, normals, scene and material. If the subject has a visibility, rays are cast inside triangles.
     tolerance : float
         Tolerance of the adaptive refinement.
     exact_seconds : float
@@ -252,10 +252,10 @@ def _variant(
 
 
 def _areas(subject: Subject, points: FloatArray, corners: IntArray) -> Float64Array:
-    """Return for each triangle its fraction of the total area in world coordinates, shape (m,).
+    """Return the fraction of the total area that each triangle has in world coordinates, shape (m,).
 
-    `points` and `corners` are the triangles' points, shape (n, 3), and point indices, shape (m, 3). `subject` has the
-    model matrix. The fraction is 0 for a triangle with a point that is not finite.
+    `points`, shape (n, 3), are the triangles' points, and `corners`, shape (m, 3), their point indices. `subject` has
+    the model matrix. The fraction is 0 for a triangle with a point that is not finite.
     """
     placed = points.astype(np.float64)
     if subject.assembled.matrix is not None:
@@ -286,7 +286,7 @@ def _with_own_corners(subject: Subject, corners: IntArray, areas: Float64Array) 
 
 
 def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
-    """Return a material whose maps have been changed by a function of an array.
+    """Return a material whose maps are the results of `change`, a function of an array.
 
     The maps are converted to floats first, because integers would round interpolated values.
     """
@@ -297,7 +297,7 @@ def _with_maps(material: Material, change: Callable[[Any], Any]) -> Material:
 def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
     """Return the largest interpolation error in each of m triangles, shape (m,).
 
-    `subject` has the scene, and the whole mesh for shadows.
+    `subject` has the scene and, for shadows, the whole mesh.
     """
     mesh = pv.PolyData.from_regular_faces(triangles.points, triangles.corners)
     mesh.point_data.active_normals = triangles.normals
@@ -311,7 +311,7 @@ def _errors(subject: Subject, triangles: Triangles) -> Float64Array:
 def _adaptive(
     mesh: pv.PolyData, subject: Subject, tolerance: float, seconds_each: float, count: int, clock: Clock
 ) -> Variant | str:
-    """Refine a mesh adaptively, to the tolerance or as far as time allows, and return it as a variant.
+    """Return an adaptively refined mesh as a variant. It is refined to the tolerance, or as far as time allows.
 
     If time is too short, or no triangle is split, return the reason instead.
 
@@ -320,7 +320,7 @@ def _adaptive(
     mesh : pyvista.PolyData
         The mesh.
     subject : Subject
-        Its points, normals, scene and material.
+        The mesh's points, normals, scene and material.
     tolerance : float
         Tolerance of the refinement.
     seconds_each : float

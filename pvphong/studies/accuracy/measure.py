@@ -79,8 +79,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure accuracy against time on a mesh and scene.
 
-    Variants from the float64 reference to coarse light models are timed in interleaved rounds, as often as the time
-    budget allows. So a machine that becomes slower slows all of them alike. Kinds of errors are measured separately:
+    Variants are ways to light the mesh, from the float64 reference to coarse light models. They are timed in
+    interleaved rounds, as often as the time budget allows. So a machine that becomes slower slows all variants alike.
+    Kinds of errors are measured separately:
 
     - Arithmetic: colours at the vertices compared with the same equation in float64.
     - Light model: a simpler equation compared with the full one at the vertices, both in float64.
@@ -88,7 +89,7 @@ def tradeoff(
       inside triangles if there is time.
     - Sampling, if there are shadows or ambient occlusion: colours with few rays per vertex compared with colours with
       4096 rays, at random vertices. The sampling error includes an error of highlights of partly hidden area lights.
-      Such a highlight is dimmed by the fraction of its light that is visible to diffuse reflection, although the
+      Such a highlight is multiplied by the fraction of the light that is visible to diffuse reflection, although the
       highlight may come from another part of the light.
 
     Arithmetic and light-model errors are measured with the same visibility on both sides.
@@ -183,7 +184,7 @@ class _Measurement:
     rows : dict of str to Row
         Rows measured so far, not yet timed.
     runs, estimates : dict
-        Name of a run → function to time, and name of a run → estimate of its seconds.
+        Functions to time, and estimates of their seconds, both by the name of the run.
     left_out : dict of str to str
         Variants that are not measured, and the reasons.
     """
@@ -241,9 +242,9 @@ class _Measurement:
         )
 
     def _left(self) -> float:
-        """Return the seconds that are left to prepare further variants.
+        """Return the seconds that are left to prepare more variants.
 
-        Time to repeat all variants found so far is reserved.
+        The time to repeat all variants found so far is already subtracted.
         """
         return self.clock.left - max(self.for_rounds, FEWEST_REPEATS * sum(self.estimates.values()))
 
@@ -294,7 +295,7 @@ class _Measurement:
     def _light_vertices(self) -> list[Variant]:
         """Measure the errors of every variant at the vertices, and time each variant once.
 
-        Variants for which there is no time are skipped. Return all variants, also the skipped ones.
+        Variants for which there is no time are not measured. Return all variants, including these.
         """
         s = self.subject
         found, reasons = variants(s, self.tolerance)
@@ -331,8 +332,8 @@ class _Measurement:
     def _drop_effects(self) -> dict[str, float]:
         """Measure the light-model error without each effect, and without each light.
 
-        Return the name of the effect or light → the largest error. For each of them, also add a run without the effect
-        or light to the runs to time.
+        Return the largest error by the name of the effect or light. For each, a run without the effect or light is
+        added to the runs to time.
         """
         s, whole, errors = self.subject, self.subject.assembled, dict[str, float]()
         effects, (middle, _) = s.plan().effects, s.sphere
@@ -366,9 +367,9 @@ class _Measurement:
         errors : dict
             Result of `_drop_effects`.
         times : dict
-            Name of a run → seconds of its repeats.
+            Seconds of the repeats of each run, by the run's name.
         casting : dict
-            Name of an effect → seconds to cast its rays.
+            Seconds to cast the rays of each effect, by the effect's name.
         """
         plan = self.subject.plan(self.tolerance)
         kept = {term.index for term in plan.equation.terms}
@@ -403,7 +404,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Return the predicted bound and the largest measured error of each approximation in the plan at a tolerance."""
+    """Return the bound and the largest measured error of each approximation that the plan makes at a tolerance."""
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

@@ -130,8 +130,9 @@ def textbook_colors(
 
 
 def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None) -> list[Variant]:
-    """Return two variants: a frame that VTK lights per pixel, and a frame of the lit array, drawn with lighting off.
+    """Return two variants of drawing a frame. In the first, VTK lights each pixel.
 
+    In the second, VTK draws the lit array.
     If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. VTK uses the mesh's active
     normals. If the mesh has none, VTK uses the normals that pvphong computes.
 
@@ -142,7 +143,7 @@ def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error:
     subject : Subject
         The mesh's points, scene and material.
     stack : ExitStack
-        Closes the windows.
+        Context stack that closes the windows at its end.
     lit_error : Errors or None
         Interpolation error of the lit array. If None, the frame of the lit array is left out.
 

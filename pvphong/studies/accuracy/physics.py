@@ -54,7 +54,7 @@ _BRIGHT = 0.995
 
 @dataclass(frozen=True, eq=False)
 class ModelOfLight:
-    """A light model with its time, colours and errors.
+    """One light model, with the time, colours and errors of lighting by it.
 
     Attributes
     ----------
@@ -117,13 +117,13 @@ class Physics:
 
     @property
     def exposure(self) -> float:
-        """Factor by which pictures multiply colours, so that nearly all path-traced colours are below white."""
+        """Factor for the colours in pictures. It makes nearly all path-traced colours darker than white."""
         bright = float(np.quantile(self.truth.rgb, _BRIGHT))
         return 1.0 / bright if bright > 0.0 else 1.0
 
     @property
     def cheapest(self) -> ModelOfLight:
-        """Fastest of the models whose RMS error is about as small as the smallest."""
+        """Fastest of the models whose RMS error is nearly the smallest."""
         least = max(min(each.rms for each in self.models), self.noise / 4.0)
         return min((each for each in self.models if each.rms <= _AS_GOOD * least), key=lambda each: each.seconds)
 
@@ -131,7 +131,7 @@ class Physics:
         return f"<Physics of {len(self.models)} models of light: {self.cheapest.name}>"
 
     def sentence(self) -> str:
-        """Return the recommended model, its benefit and its additional cost, as text."""
+        """Return a text on the recommended model: its name, its benefit and its additional cost."""
         first, best = self.models[0], self.cheapest
         begun = f"The constant is off by up to {number(first.largest)} ({number(first.rms)} RMS)"
         if best is first:
@@ -198,11 +198,11 @@ def measure(
     mesh, scene, material
         As for `mesh.phong.shade`; the scene must be in the standard convention.
     setting : Setting
-        Matrix, feature angle and occluders; its visibility is ignored.
+        Matrix, feature angle and occluders. A visibility in it is ignored.
     budget : float
         Approximate seconds for path tracing, with 16 to 1024 paths per vertex.
     say : callable
-        Called with the name of each step.
+        Function that is called with the name of each step.
 
     Raises
     ------
@@ -259,7 +259,7 @@ def _ambient_of(prepared: Prepared) -> FloatArray:
 
 
 class _Models:
-    """Collects light models as they are measured, and compares each with path tracing."""
+    """Collects the light models that have been measured, and compares each with path tracing."""
 
     def __init__(self, truth: Truth, say: Callable[[str], object]) -> None:
         self.found: list[ModelOfLight] = []
@@ -284,12 +284,12 @@ class _Models:
     def fit(self, name: str, direct: tuple[FloatArray, float], ambient: FloatArray) -> float:
         """Add the model "direct light plus a constant times ambient light", and return the constant.
 
-        It is the constant for which the mean square error is least.
+        The constant gives the smallest mean square error.
 
         Parameters
         ----------
         name : str
-            Format string of the model's name, into which the constant is inserted.
+            Name of the model, as a format string for the constant.
         direct : tuple of ndarray and float
             Colours of direct light, and the seconds that the model takes.
         ambient : ndarray
@@ -324,7 +324,7 @@ def drawn(mesh: pv.PolyData, colors: FloatArray, viewer: Viewer, size: tuple[int
 
 
 def in_worst_channel(errors: FloatArray) -> Float64Array:
-    """Return, for each vertex, the signed error of the channel whose absolute error is largest, shape (n,).
+    """Return the signed error of each vertex in the channel with the largest absolute error, shape (n,).
 
     `errors` has the shape (n, 3).
     """
@@ -335,13 +335,13 @@ def in_worst_channel(errors: FloatArray) -> Float64Array:
 
 
 def refuse_format(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raise ``ValueError`` unless a path ends in .png, .pdf or .svg; `name` is the argument's name in the message."""
+    """Raise ``ValueError`` unless a path ends in .png, .pdf or .svg. `name` is the argument's name in the message."""
     check.choice(f"suffix of {name}", Path(path).suffix.lower(), _FORMATS)
 
 
 @contextmanager
 def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
-    """Yield an empty Matplotlib figure that is `height` inches high, and write it to a file after the block.
+    """Return a context with an empty Matplotlib figure that is `height` inches high. The figure is written at the end.
 
     The suffix of `path` must be .png, .pdf or .svg.
     """
@@ -355,7 +355,10 @@ def figure_in(path: str | os.PathLike[str], height: float) -> Iterator[Any]:
 
 
 def draw_physics(part: Any, physics: Physics) -> None:
-    """Draw error against time, pictures side by side, and signed differences, in the Matplotlib subfigure `part`."""
+    """Draw a comparison of light models into the Matplotlib subfigure `part`.
+
+    It has error against time, pictures side by side, and pictures of the signed differences.
+    """
     part.suptitle(physics.sentence(), fontsize=12)
     left, right = part.subfigures(1, 2, width_ratios=(0.8, 1.7))
     axes = left.subplots()
@@ -393,10 +396,9 @@ def draw_physics(part: Any, physics: Physics) -> None:
 
 
 def _pictures(physics: Physics) -> Iterator[tuple[str, Any, Any, float]]:
-    """Yield four items for each light model that is shown.
+    """Yield a title, a picture, a picture of differences, and the end of its colour scale, for each shown model.
 
-    These are a title, a picture of the mesh, a picture of its signed difference from path tracing, and the difference
-    at the end of that picture's colour scale. The last four items are for path tracing itself: title, picture, None and
+    The differences are signed, from path tracing. The last entry is for path tracing itself: title, picture, None and
     0.
     """
     from matplotlib import colormaps

@@ -65,11 +65,11 @@ class Tradeoff(Result):
     rows : tuple of Row
         Measured variants: pvphong's ways to light the mesh, and other implementations.
     ledger : tuple of LedgerEntry
-        Cost of each effect and light, and the error without it.
+        Cost of each effect and each light, and the error without this effect or light.
     baseline : str
         Name of the row to which the ledger's costs refer: the evaluator that `evaluate` uses by default.
     predicted_bounds : tuple of PredictedBound
-        Approximations of the plan at the tolerance, with bounds and measured errors.
+        Approximations that the plan makes at the tolerance, with bounds and measured errors.
     left_out : dict of str to str
         Variants that were not measured, and the reasons.
     facts : dict of str to str
@@ -104,8 +104,8 @@ class Tradeoff(Result):
         Returns
         -------
         pyvista.PolyData
-            Point arrays ``phong_reference`` and ``phong_chosen``, the colours, and ``phong_error``, chosen minus
-            reference. If all faces are triangles and all were searched, also the cell array
+            Point arrays ``phong_reference`` and ``phong_chosen`` with the colours, and ``phong_error`` with their
+            difference, chosen minus reference. If all faces are triangles and all were searched, also the cell array
             ``phong_interpolation_error``.
         """
         mesh = self.surface.copy()
@@ -127,7 +127,7 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """Return the questions that the report answers. "at the vertices" is always among them."""
+        """Questions that the report answers, one for each kind of error. "at the vertices" is always among them."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:
@@ -156,8 +156,9 @@ class Tradeoff(Result):
         return [*found, *self._remarks()]
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks: on other implementations that are faster and within the tolerance, on meshes that are small,
-        and on light models.
+        """Yield remarks for the summary.
+
+        They name faster implementations within the tolerance, warn of small meshes, and recommend a light model.
         """
         cheaper = []
         for question in self._questions():
@@ -223,7 +224,10 @@ class Tradeoff(Result):
         return found
 
     def _cells(self) -> Iterator[tuple[Kind, tuple[str, ...]]]:
-        """Yield the kind and the table cells of each row, sorted by kind and time; one cell for each of `_HEADINGS`."""
+        """Yield the kind and the table cells of each row, sorted by kind and time.
+
+        There is a cell for each of `_HEADINGS`.
+        """
         for row in sorted(self.rows, key=lambda row: (KINDS.index(row.kind), row.time.median)):
             mark, error = "★" if row in self.chosen else "●" if row.on_front else "", row.error
             name, time = f"{row.name} (peer)" if row.is_peer else row.name, row.time
@@ -303,7 +307,7 @@ def _pairs_table(title: str, rows: list[tuple[str, str]]) -> Table:
 
 
 def circumstances(mesh: pv.PolyData, scene: Scene, material: Material) -> dict[str, str]:
-    """Return what a report depends on, as name → text: mesh, scene, material, machine, threads, versions, date."""
+    """Return facts on which a report depends, as name → text, such as mesh, scene, machine and versions."""
     kinds = Counter(type(light).__name__ for light in scene.lights if light.on)
     lights = ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no light"
     in_kernel = f", {threads.count()} in the kernel" if "numba" in sys.modules else ""

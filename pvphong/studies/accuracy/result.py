@@ -55,7 +55,7 @@ class Errors:
 
     @classmethod
     def at_vertices(cls, colors: FloatArray, truth: FloatArray) -> Errors:
-        """Return the errors of colours at vertices, shape (n, 3), against the true colours there, `truth`."""
+        """Return statistics of the errors of `colors` at vertices, shape (n, 3). `truth` has the true colours."""
         differences = np.abs(colors.astype(np.float64) - truth)
         worst = differences.max(axis=1)
         rms = math.sqrt(float(np.mean(differences**2)))
@@ -97,7 +97,7 @@ class Timing:
     median, low, high : float
         Median and quartiles.
     repeats : int
-        Number of samples. For short runs, a sample is the minimum of a few runs in a row.
+        Number of samples. For a short run, each sample is the minimum of a few consecutive runs.
     """
 
     median: float
@@ -112,9 +112,9 @@ class Timing:
 
     @property
     def is_noise(self) -> bool:
-        """True if a time, computed as the difference of two others, may be noise.
+        """True if this time, a difference of two other times, may be noise.
 
-        This is the case if the lower quartile is not positive, or there are too few repeats.
+        This is so if the lower quartile is not positive, or there are too few repeats.
         """
         return self.low <= 0.0 or self.repeats < FEWEST_REPEATS
 
@@ -131,7 +131,7 @@ UNTIMED = Timing(0.0, 0.0, 0.0, 0)
 
 @dataclass(frozen=True)
 class Row:
-    """Cost and error of one variant of lighting a mesh.
+    """Time and errors of one variant, that is, one way to light a mesh.
 
     The kinds of error are measured separately, each against float64 colours without that kind of error:
 
@@ -147,7 +147,7 @@ class Row:
     kind : {"arithmetic", "light model", "sampling", "interpolation"}
         Kind of error that the variant trades for time. Rows of one kind can be compared.
     backend, precision : str
-        Evaluator, and type of the colours.
+        Name of the evaluator, and type of the colours.
     points : int
         Number of evaluated vertices.
     time : Timing
@@ -184,12 +184,15 @@ class Row:
 
     @property
     def question(self) -> Question:
-        """Question that the row answers. It follows from the row's kind of error."""
+        """Question that the row answers: "at the vertices", "casting rays" or "inside triangles".
+
+        The kind determines it.
+        """
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
     def error(self) -> Errors:
-        """Measured error of the kind that the row trades for time."""
+        """Measured error of the kind that the row's `kind` names."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row has the error of its own kind"
         return error
@@ -337,7 +340,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """Return the cheapest row with the question of `row` and a smaller error; None if there is no such row."""
+        """Return the cheapest row that answers the same question as `row` with a smaller error; None without one."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
@@ -348,28 +351,34 @@ class Result:
         return [row for row in best if row is not None]
 
     def rows_for(self, question: Question, *, peers: bool = False) -> Iterator[Row]:
-        """Yield the rows that answer a question: pvphong's own or, if `peers`, those of other implementations."""
+        """Yield the rows that answer a question: pvphong's own rows, or with `peers` those of other implementations."""
         return (row for row in self.rows if row.question == question and row.is_peer == peers)
 
     @property
     def noise(self) -> float:
-        """Median over all rows of `Timing.spread`, the relative interquartile range of their times."""
+        """Median of the spread of the times, over all rows; see `Timing.spread`."""
         return float(np.median([row.time.spread for row in self.rows]))
 
     @property
     def name_of_chosen(self) -> str:
-        """Name of the row chosen at the vertices. There is always one, because the reference has no error."""
+        """Name of the row that is chosen at the vertices.
+
+        There is always such a row, because the reference has no error.
+        """
         chosen = self.best()
         assert chosen is not None, "the reference is within every tolerance"
         return chosen.name
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Colours of the row chosen at the vertices, shape (n_points, 3); the first access evaluates them again."""
+        """Colours of the row that is chosen at the vertices, shape (n_points, 3).
+
+        They are computed at the first access.
+        """
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Return index and error of those vertices where the chosen row has its largest errors, largest first."""
+        """Return index and error of the vertices where the chosen row has its largest errors, largest first."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]

@@ -62,15 +62,15 @@ class Clock:
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """Return a clock with `seconds` of this clock's budget. It reports its steps through this clock."""
+        """Return a clock for `seconds` of this clock's budget. Its steps are reported by this clock."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 
 @contextmanager
 def progress(clock: Clock, what: str) -> Iterator[None]:
-    """Within the block, show a progress bar of a clock's budget on stderr, if that is a terminal.
+    """Return a context in which stderr, if it is a terminal, shows a progress bar of a clock's budget.
 
-    `what` is the text beside the bar.
+    `what` is the text next to the bar.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -84,7 +84,7 @@ def progress(clock: Clock, what: str) -> Iterator[None]:
 
 
 def timed(run: Callable[[], Result]) -> tuple[Result, float]:
-    """Run a function once; return its result, and the seconds that it took."""
+    """Run a function once. Return its result and the seconds that it took."""
     start = perf_counter()
     result = run()
     return result, perf_counter() - start
@@ -96,8 +96,8 @@ def interleaved(
     """Time all runs in interleaved rounds, and return the seconds of every repeat.
 
     The order is shuffled in every round, so that a machine that becomes slower slows all runs alike. Slow runs take
-    part in some rounds only, evenly spread, so that the others are repeated more often. There is at least one round; a
-    further one starts only if it fits the budget. There is no warm-up, so every run must have been called before.
+    part in some rounds only, evenly spread, so that quick runs are repeated more often. There is at least one round;
+    another round starts only if it fits the budget. There is no warm-up, so every run must have been called before.
 
     Parameters
     ----------
@@ -152,10 +152,10 @@ def interleaved(
 
 
 def _turns(costs: Mapping[str, float], seconds: float) -> dict[str, int]:
-    """Return, for each run, the number of rounds in which it takes part.
+    """Return the number of rounds in which each run takes part.
 
-    `costs` has the seconds of each run in a round, and `seconds` is the time for all rounds. Quick runs take part
-    equally often. If time is short, slow runs take part less often.
+    `costs` has the seconds that each run takes, and `seconds` is the time for all rounds. Quick runs take part equally
+    often. If time is short, slow runs take part less often.
     """
     limit = _SLOW * median(costs.values())
     slow = {name for name, cost in costs.items() if cost > limit}

@@ -1,4 +1,6 @@
-"""The mesh and scene to measure, and variants that light its vertices by other arithmetic, light models and rays."""
+"""The mesh and scene to measure, and variants: ways to light the vertices, with different arithmetic, light models and
+rays.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +60,7 @@ _REPEATS, _FOR_REPEATS = 5, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """Mesh, scene and material to light, as checked arrays.
+    """A mesh, scene and material to measure, as checked arrays.
 
     Parameters
     ----------
@@ -83,7 +85,7 @@ class Subject:
         return self.vertices_that_see(self.visibility)
 
     def vertices_that_see(self, visibility: Visibility | None) -> Vertices:
-        """Return the vertices for the evaluators with the given visibility, in place of the subject's own."""
+        """Return the vertices for the evaluators, with the given visibility instead of the subject's own."""
         material = self.material
         return Vertices(self.points, self.normals, material.maps, visibility, tangents=material.tangents)
 
@@ -112,7 +114,7 @@ class Subject:
     def exact(
         self, equation: Equation, rows: IntArray | None = None, channels: FloatArray | None = None
     ) -> Float64Array:
-        """Return the colours of an equation by the float64 reference, shape (m, 3).
+        """Return the colours that the float64 reference computes for an equation, shape (m, 3).
 
         Parameters
         ----------
@@ -137,7 +139,7 @@ class Subject:
         return result.rgb
 
     def highlights_beyond_shares(self, seen: Visibility, rows: IntArray) -> Float64Array:
-        """Return the correction to highlights of partly hidden area lights, shape (m, 3).
+        """Return a correction to the highlights of partly hidden area lights, shape (m, 3).
 
         Evaluators multiply a highlight by the fraction of its light that is visible to diffuse reflection. This method
         replaces the light by many small ones, and casts a ray to each of them. It returns the highlight of the visible
@@ -204,13 +206,13 @@ class Subject:
         Parameters
         ----------
         equation : Equation
-            Equation to plan and evaluate: the assembled one, or a rewritten one.
+            Equation to plan and evaluate: the assembled equation, or a rewritten one.
         precision : {"float32", "float64"}
             Type of the colours.
         backend : str, optional
             Evaluator; by default the one that `evaluate` uses.
         scene : Scene, optional
-            Scene whose equation is assembled, only to include the time that this takes; by default the subject's.
+            Scene whose equation is assembled first, only to include the time for it; by default the subject's scene.
         """
 
         def run() -> FloatArray:
@@ -229,9 +231,9 @@ class Variant(NamedTuple):
     row : Row
         Row of the report, not yet timed.
     run : callable
-        Lights the mesh once. A run at the vertices returns the colours, shape (n, 3).
+        Function that lights the mesh once. A run at the vertices returns the colours, shape (n, 3).
     equation : Equation, optional
-        Equation that the run evaluates, if the errors at the vertices are yet to be computed.
+        Equation that the run evaluates; None if the errors at the vertices are known already.
     """
 
     row: Row
@@ -245,14 +247,14 @@ def plan_name(tolerance: float) -> str:
 
 
 def _in_steps(tolerance: float) -> str:
-    """Format a tolerance: as a multiple of 1/255, a display step, if it is one, else as a number."""
+    """Return a tolerance as text: a multiple of 1/255 (a display step) if it is one, else a number."""
     steps = tolerance * 255.0
     whole = round(steps)
     return f"{whole}/255" if whole and abs(steps - whole) < 1e-9 else f"{tolerance:.3g}"
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return pvphong's ways to light the scene at its vertices, and name → reason for those that are left out.
+    """Return pvphong's ways to light the vertices, and the reasons for those that are left out, by name.
 
     The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
     finally the plan at the tolerance.
@@ -289,7 +291,7 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Yield three items for each simpler light model: its name, its equation, and why it is left out.
+    """Yield three items for each simpler light model: its name, its equation, and the reason why it is left out.
 
     The last item is "" if the model applies to the scene.
     """
@@ -325,14 +327,14 @@ def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
 
 
 class SampledRows(NamedTuple):
-    """Rows of the report for shadows and occlusion, by few rays per vertex and by many.
+    """Rows of the report for shadows and occlusion, with few rays per vertex and with many.
 
     Parameters
     ----------
     rows : list of Row
         Timed rows with their sampling errors.
     costs : dict of str to float
-        Name of an effect → seconds to cast its rays to the tolerance.
+        Seconds to cast the rays of each effect to the tolerance, by the effect's name.
     left_out : dict of str to str
         Rows that are left out, and the reasons.
     """

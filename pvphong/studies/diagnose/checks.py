@@ -34,10 +34,9 @@ class FaceChecks(NamedTuple):
     degenerate : ndarray
         Faces without an area, or with a repeated corner.
     far : ndarray
-        Faces whose normal is uncertain because of rounded coordinates, but would be certain if the mesh were at the
-        origin.
+        Faces whose normal is uncertain because coordinates are rounded. At the origin, the normal would be certain.
     thin : ndarray
-        Faces whose normal would be uncertain even if the mesh were at the origin.
+        Faces whose normal would be uncertain even at the origin.
     folded : ndarray
         Faces with fewer than three corners. Also faces with a repeated corner that have no area, or have a point that
         is not finite. The edges of folded faces contain no information about neighbours.
@@ -130,20 +129,20 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
 
 
 def finite_rows(points: NDArray[Any]) -> BoolArray:
-    """Return a mask, shape (n,): True for each row of an (n, 3) array that has no NaN and no infinity."""
+    """Return a mask of the rows of an array (n, 3) that have no NaN and no infinity, shape (n,)."""
     finite = np.isfinite(points)
     rows: BoolArray = finite[:, 0] & finite[:, 1] & finite[:, 2]  # three times as fast as all(axis=1)
     return rows
 
 
 def nonzero_rows(vectors: FloatArray) -> BoolArray:
-    """Return a mask, shape (n,): True for each row of an (n, 3) array that has an entry other than 0."""
+    """Return a mask of the rows of an array (n, 3) that have an entry other than 0, shape (n,)."""
     x, y, z = vectors.T != 0.0
     return np.asarray(x | y | z)
 
 
 def _has_twice(corners: IntArray) -> BoolArray:
-    """Return a mask, shape (m,): True for each face that has a corner twice.
+    """Return a mask of the faces that have a corner twice, shape (m,).
 
     `corners` has the point indices of m faces with k corners, shape (m, k).
     """
@@ -155,7 +154,7 @@ def _has_twice(corners: IntArray) -> BoolArray:
 
 
 def first_alike(rows: NDArray[Any]) -> IntArray:
-    """Return for each row of a two-dimensional array the lowest index of an equal row. A NaN equals nothing.
+    """Return the lowest index of an equal row, for each row of a two-dimensional array. A NaN equals nothing.
 
     Rows are sorted by a hash, which takes a fifth of the time of sorting by all entries. If different rows share a
     hash, all rows are sorted by their entries instead.
@@ -224,7 +223,7 @@ def repeated_faces(faces: Faces, edges: Edges, weightless: IntArray) -> IntArray
 
 
 def _from_their_lowest(corners: IntArray) -> IntArray:
-    """Rotate the corners of faces, shape (m, k), so that each face begins with its lowest point."""
+    """Return the corners of faces, shape (m, k), rotated so that each face begins with its lowest point index."""
     if corners.shape[1] == 3:
         a, b, c = corners.T
         at_b, at_c = (b < a) & (b <= c), (c < a) & (c < b)
@@ -238,7 +237,7 @@ def _from_their_lowest(corners: IntArray) -> IntArray:
 def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
     """Return the points at which the edges of all faces begin and end, shape (m,) each.
 
-    A face of n corners has n edges, also if it shares them with other faces.
+    A face of n corners has n edges in the result, even if it shares them with other faces.
     """
     begin = faces.connectivity
     if faces.are_triangles:
@@ -252,7 +251,7 @@ def edges_of(faces: Faces) -> tuple[IntArray, IntArray]:
 
 
 def owners_of(faces: Faces) -> IntArray:
-    """Return the index of the face to which each edge in the result of `edges_of` belongs, shape (m,)."""
+    """Return the index of the face to which each edge from `edges_of` belongs, shape (m,)."""
     return np.repeat(np.arange(faces.count), faces.sizes)
 
 
@@ -260,12 +259,11 @@ class Edges(NamedTuple):
     """Unique edges of a mesh, with the number of faces that run along them in each direction."""
 
     lower: IntArray
-    """Shape (m,): the lower index of an edge's two points; `higher` has the higher index."""
+    """Lower index of an edge's two points, shape (m,). `higher` has the higher index."""
     higher: IntArray
     forth: IntArray
-    """Shape (m,): number of faces that run along the edge from the lower to the higher point; `back` counts the faces
-    in the opposite direction.
-    """
+    """Number of faces that run along the edge from the lower to the higher point, shape (m,). `back` counts the faces
+    in the opposite direction."""
     back: IntArray
 
     @classmethod

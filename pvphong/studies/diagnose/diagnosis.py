@@ -60,7 +60,8 @@ class Finding:
     first : tuple
         First few indices; pairs of points for edges.
     share : float
-        Affected fraction of the surface, 0 to 1: of its area, or, if the surface has no area, of its points or faces.
+        Affected fraction of the surface's area, 0 to 1. If the surface has no area, the fraction of its points or
+        faces.
     spoils : bool
         True if the fault spoils the lighting. If False, the finding is a note: it may be intended, or does no harm.
     meaning, remedy : str
@@ -81,7 +82,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """Phrase that names the affected elements and the fault, such as "2 faces (1 % of the surface) ..."."""
+        """Text on the affected elements and the fault, such as "2 faces (1 % of the surface) ..."."""
         if self.where in ("mesh", "matrix"):
             return f"the {self.where} {self.meaning}"
         share = f" ({_percent(self.share)} of the surface)" if self.share else ""
@@ -94,7 +95,7 @@ class Finding:
 
     @property
     def label(self) -> str:
-        """One word that says whether the finding is a fault that spoils the lighting or a note."""
+        """One word for the finding: a fault that spoils the lighting, or a note."""
         return "spoils" if self.spoils else "note"
 
 
@@ -133,7 +134,7 @@ class Diagnosis:
         lighting if `normals_fit.mean` exceeds 22.5 too: an eighth of the surface may then be turned by 180 degrees.
     unlit_points : ndarray
         Points in faces whose computed normal is zero: no face there has an area and finite points, or the normals
-        cancel, as for two coincident opposite faces. Such points spoil nothing if normals are stored.
+        cancel, as with two coincident faces of opposite fronts. Such points spoil nothing if normals are stored.
     degenerate_faces : ndarray
         Faces whose area is zero within the rounding of float64, or with a repeated corner.
     duplicate_faces : ndarray
@@ -255,7 +256,10 @@ class Diagnosis:
         return self._shares.get(name, 1.0) >= least
 
     def _words(self, name: str) -> tuple[str, str]:
-        """Return the description and the remedy of the kind of fault `name`, adapted to this mesh."""
+        """Return the description and the remedy of a kind of fault, adapted to this mesh.
+
+        `name` is the field with the fault.
+        """
         _, _, meaning, remedy = KINDS[name]
         case = self._case
         if name == "far_faces" and self.offset is not None:
@@ -363,8 +367,7 @@ class Diagnosis:
     def _flags(self, count: int, *places: str) -> dict[str, NDArray[np.int32]]:
         """Return the arrays "diagnosis" and "severity" of `to_mesh`, for all points or for all faces.
 
-        `count` is the number of points or faces. `places` are the values of `Finding.where` of the findings that are
-        marked on them.
+        `count` is the number of points or faces. A finding is marked if its `Finding.where` is one of `places`.
         """
         severity, flags = np.zeros((2, count), dtype=np.int32)
         for finding in reversed(self.findings):  # findings that spoil the lighting come last and override notes
@@ -521,7 +524,7 @@ def diagnose(mesh: pv.DataSet, *, matrix: MatrixLike | None = None) -> Diagnosis
 def _share(where: Any, weights: Float64Array) -> float:
     """Return the fraction of the surface's area that some of its points or faces cover.
 
-    If all areas are 0, it is the fraction of their number.
+    If all areas are 0, return the fraction of the number of points or faces.
 
     Parameters
     ----------

@@ -16,9 +16,9 @@ class Kind(NamedTuple):
     Attributes
     ----------
     spoils_from : float or None
-        Least affected fraction of the surface, 0 to 1, at which the fault spoils the lighting. `Diagnosis.ok` is then
-        False. If a smaller fraction is affected, the fault is only a note. 0 means that the fault always spoils the
-        lighting, and None that it never does. The fraction is not used for misfit normals: they spoil the lighting if
+        Smallest affected fraction of the surface, 0 to 1, at which the fault spoils the lighting, so that
+        `Diagnosis.ok` is False. If a smaller fraction is affected, the fault is only a note. With 0, the fault always
+        spoils the lighting; with None, never. The fraction is not used for misfit normals: they spoil the lighting if
         the mean angle between stored normals and faces exceeds `geometry.fit.MISFIT`.
     stored_help : bool
         True if the fault is only a note in a mesh with stored normals. This is not used for inside-out faces: they are

@@ -31,7 +31,7 @@ class TurnedFaces(NamedTuple):
 
 
 def turned_faces(points: FloatArray, faces: Faces, areas: Float64Array, weightless: IntArray) -> TurnedFaces:
-    """Find the reversed faces.
+    """Return the faces that are reversed, compared with their neighbours.
 
     Two faces are neighbours if they share an edge that has no third face. The faces of a connected part can be oriented
     consistently in two ways. For a closed part, the right way is the one with outward fronts. For an open part, the

@@ -21,10 +21,10 @@ def inside_out_faces(
 ) -> tuple[IntArray, bool]:
     """Find the closed parts of a surface whose fronts point inwards.
 
-    A part is a set of faces that edges connect; coincident points count as one. It is closed if faces run along each of
-    its edges equally often in both directions. Its volume is then 1/6 of the sum of p · (q × r) over its triangles (p,
-    q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards. An inward part inside
-    an outward one is the wall of a cavity, and has the right orientation.
+    A part is a set of faces that edges connect; coincident points count as one. A part is closed if faces run along
+    each of its edges equally often in both directions. The volume of a closed part is 1/6 of the sum of p · (q × r)
+    over its triangles (p, q, r), for any origin (Gauss's theorem). The volume is negative if the fronts point inwards.
+    An inward part inside an outward one is the wall of a cavity, and has the right orientation.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def inside_out_faces(
 
 
 def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArray:
-    """Return for each face the number of its part, or −1 if all corners of the face coincide; shape (n_faces,).
+    """Return the number of the part to which each face belongs, shape (n_faces,); −1 if all corners of a face coincide.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
 
 
 def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
-    """Return for each of `count` points the lowest point that edges connect to it, directly or by way of others.
+    """Return, for each of `count` points, the lowest index of a point that a chain of edges connects with it.
 
     Edge i connects the points begin[i] and end[i]. In each round, every part is joined to the lowest part to which an
     edge connects it. Only edges between different parts are kept (Y. Shiloach and U. Vishkin, "An O(log n) parallel
@@ -143,7 +143,7 @@ def connected(count: int, begin: IntArray, end: IntArray) -> IntArray:
 
 
 def fan(faces: Faces) -> tuple[IntArray, IntArray]:
-    """Split faces into fans of triangles around their first corners.
+    """Split faces into triangles that share the face's first corner.
 
     Return the points of the triangles, shape (m, 3), and the indices of their faces, shape (m,).
     """

@@ -15,20 +15,35 @@ from pvphong.studies.fitting.variation import Variation
 
 
 class Chosen(NamedTuple):
-    """The chosen lights, and the problem with these alone."""
+    """The lights that were chosen, and the least-squares problem in which only these lights vary."""
 
     lights: tuple[int, ...]
     """Indices among the lights that vary."""
     problem: Problem
+    """The problem with the unknowns of the chosen lights only."""
     solution: Solution
+    """Solution of `problem`."""
 
 
 def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: int, allowed: float) -> Chosen:
-    """Choose at most `most` lights whose squared error is at most `allowed`.
+    """Choose the fewest lights that meet the tolerance, greedily.
 
-    Each step adds the light with which the error, solved again for all chosen lights, is the smallest. Then each chosen
-    light is exchanged for another where this is better. At the end, lights without which the tolerance is still met
-    are dropped.
+    Each step adds the light that gives the smallest squared error, with the unknowns of all chosen lights solved again.
+    Then each chosen light is exchanged for another if this makes the error smaller. In the end, lights that the
+    tolerance does not need are dropped.
+
+    Parameters
+    ----------
+    point : Point
+        Result of the search with all lights.
+    problem : Problem
+        Least-squares problem of all lights.
+    varied : sequence of Variation
+        All lights that vary.
+    most : int
+        Largest number of lights to choose.
+    allowed : float
+        Squared error that is small enough; no more lights are added then.
     """
     ends = np.cumsum([len(one.unknowns) for one in varied])
     of_light = [np.arange(end - len(one.unknowns), end) for one, end in zip(varied, ends.tolist(), strict=True)]
@@ -61,7 +76,11 @@ def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: in
 
 
 def _thinned(problem: Problem, found: Chosen, of_light: Sequence[IntArray], allowed: float) -> Chosen:
-    """Drop lights without which the tolerance is still met, and lights that are dark."""
+    """Return `found` without lights that are dark, and without lights that the tolerance does not need.
+
+    Row k of `of_light` has the indices of light k's unknowns. `allowed` is the largest squared error. `problem` is that
+    of all lights.
+    """
     ends = np.cumsum([len(of_light[k]) for k in found.lights])
     unknowns = np.split(found.solution.x, ends[:-1])
     lit = tuple(k for k, x in zip(found.lights, unknowns, strict=True) if x.any())

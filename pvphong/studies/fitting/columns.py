@@ -1,7 +1,8 @@
 """Columns of the least-squares problem: the colours that a light gives for one unit of each unknown.
 
-One evaluation of the lighting equation, with a single light, gives a column; the evaluators and the plan are those of
-`mesh.phong.shade`. Colours are in float64 and not clamped.
+The unknowns of a light are its intensity, or the channels of its colours. A column is the result of the lighting
+equation with a single light. The evaluators and the plan are those of `mesh.phong.shade`. Colours are in float64 and
+not clamped.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ _FACES_AT_ONCE = 2**14
 
 
 def point_areas(source: pv.PolyData, matrix: MatrixLike | None) -> Float64Array:
-    """Return the area of each point of a surface in the world, shape (n,): a third of that of its triangles.
+    """Return the area of each point of a surface, shape (n,): a third of its triangles' area, in the world.
 
-    The areas are in an arbitrary unit. A surface without faces has the area 1 at each point; a triangle with a corner
-    that is not finite has none.
+    The areas are in an arbitrary unit. For a surface without faces, each area is 1. Triangles with a corner that is not
+    finite do not count. `matrix` is the model matrix, or None.
     """
     corners = triangles_of(source).astype(np.intp)
     if not len(corners):
@@ -71,20 +72,24 @@ def point_areas(source: pv.PolyData, matrix: MatrixLike | None) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """One surface that is lit: its vertices, its material, and its rays."""
+    """One surface that is lit: its vertices, its material, and the tracer of its rays."""
 
     vertices: Vertices
     material: Material
     tracer: Tracer | None
-    """Casts the rays of shadows and ambient occlusion; None if the light model has none, or `seen` is given."""
+    """Object that casts the rays of shadows and ambient occlusion. None if the light model has neither, or `seen` is
+    given."""
     seen: VisibilityLike | None = None
-    """Visibility that the user passed."""
+    """Visibility that the user passed; None to cast rays."""
 
     def __len__(self) -> int:
         return len(self.vertices)
 
     def at(self, rows: IntArray) -> Subject:
-        """Return the surface reduced to some of its vertices, for lights that move: no visibility is given for them."""
+        """Return the surface reduced to the vertices `rows` (indices).
+
+        The result casts rays and has no given visibility.
+        """
         whole = self.vertices
         maps = {name: values.rows[rows] for name, values in whole.maps.items()}
         tangents = functools.cache(lambda: whole.tangents[rows])
@@ -94,12 +99,15 @@ class Subject:
 
     @functools.cached_property
     def sky(self) -> list[FloatArray]:
-        """Visible part of the sky at each vertex and, if the light model is two-sided, from its other side."""
+        """Visible fraction of the sky at each vertex: an array for the front sides, and an array for the back sides."""
         assert self.tracer is not None
         return [side.sky().part for side in (self.tracer, self.tracer.turned)]
 
     def light_seen(self, light: Light, *, behind: bool) -> list[FloatArray]:
-        """Return the visible part of a light in the world, and with `behind` also from the vertices' other sides."""
+        """Return the visible fraction of `light`, in world coordinates, for each vertex.
+
+        If `behind` is true, a second array follows for the vertices' back sides.
+        """
         assert self.tracer is not None
         return [seen.part for seen in self.tracer.light(light, behind=behind)]
 
@@ -109,19 +117,20 @@ Seen = list[VisibilityLike | None]
 
 
 class Share(NamedTuple):
-    """Colours of n points from one light: `offset` plus each column times its unknown."""
+    """One light's share of the colours of n points: `offset` plus each column times its unknown."""
 
     columns: list[Float64Array]
-    """An array (n, 3) for each unit of the light."""
+    """Colours (n, 3) per unit of each unknown. Three unknowns, the channels of one colour, have one column in common.
+    """
     offset: Float64Array | None
-    """Shape (n, 3): the part that no unknown multiplies; None if there is none."""
+    """Colours (n, 3) that do not depend on the unknowns; None if there are none."""
     seen: Seen
     """Visibility of the light, which can be reused for small changes of the light."""
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Evaluates the colours that lights of a scene give to the vertices of some surfaces, one after the other.
+    """Evaluates the colours that lights of a scene give to the vertices of some surfaces.
 
     Parameters
     ----------
@@ -134,7 +143,7 @@ class Columns:
     transport : Transport or None
         Transport of light between all surfaces, if light bounces.
     backend : {"auto", "numpy", "numba"}
-        Evaluator.
+        Evaluator: compiled code, NumPy, or a choice between them.
     expected : int
         Expected number of evaluations, for "auto".
     """
@@ -151,7 +160,10 @@ class Columns:
         return sum(map(len, self.subjects))
 
     def at(self, rows: IntArray) -> Columns:
-        """Return the evaluator of direct light at some of the vertices, numbered through all surfaces."""
+        """Return the evaluator for the vertices `rows` only, without bounces.
+
+        `rows` are indices of vertices, counted through all surfaces in order.
+        """
         ends = np.cumsum([len(each) for each in self.subjects])
         parts = [
             each.at(rows[(rows >= end - len(each)) & (rows < end)] - (end - len(each)))
@@ -161,7 +173,7 @@ class Columns:
         return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend, self.expected)
 
     def base(self, varied: Sequence[Variation]) -> Float64Array:
-        """Return the colours (n, 3) without the lights that vary."""
+        """Return the colours (n, 3) without the lights that vary; `varied` are these lights."""
         gone = {each.index for each in varied}
         whole = [each.vertices.equation(self.scene, each.material, self.matrix) for each in self.subjects]
         kept = [tuple(term for term in equation.terms if term.index not in gone) for equation in whole]
@@ -169,16 +181,16 @@ class Columns:
         return self._run(equations, self.seen(self.scene))
 
     def share(self, one: Variation, light: Light, seen: Seen | None = None) -> Share:
-        """Return the colours from a light that varies.
+        """Return the colours from one light that varies.
 
         Parameters
         ----------
         one : Variation
-            The light's variation.
+            The light in the scene, and its fields that vary.
         light : Light
-            The light with other shapes.
+            The same light with other directions, positions or sizes.
         seen : list, optional
-            Its visibility from each surface; by default, rays are cast.
+            The light's visibility from each surface. By default, rays are cast.
         """
         if seen is None:
             seen = self.seen(self._with(one.index, light), one.index)
@@ -192,7 +204,11 @@ class Columns:
         return replace(self.scene, lights=lights)
 
     def _alone(self, index: int, light: Light, of: str, seen: Seen) -> Float64Array:
-        """Return the colours from one light; `of` names its colours among those of its variation."""
+        """Return the colours (n, 3) from `light` alone, which replaces the scene's light `index`.
+
+        `of` is the field whose colours are wanted, such as "diffuse"; equations are kept for each field. `seen` is the
+        light's visibility from each surface.
+        """
         equations = self._known.get((index, of))
         if equations is None or self.scene.light_model.convention == "vtk":
             # in VTK's convention, the shader depends on all lights
@@ -213,7 +229,10 @@ class Columns:
         return self._run(equations, seen)
 
     def seen(self, scene: Scene, index: int | None = None) -> Seen:
-        """Cast rays to one light of a scene, or to all of its lights, and to the sky if it counts."""
+        """Return the visibility of the lights of `scene`, and of the sky with ambient occlusion, from each surface.
+
+        With `index`, only this light's rays are cast. Rays are cast where the light model has shadows.
+        """
         model, lights = scene.light_model, scene.world_lights
         found: Seen = []
         for subject in self.subjects:
@@ -233,7 +252,10 @@ class Columns:
         return found
 
     def _run(self, equations: Sequence[Equation], seen: Seen) -> Float64Array:
-        """Evaluate an equation for each surface."""
+        """Evaluate one equation for each surface, and return the colours (n, 3) of all vertices.
+
+        `seen` is the visibility from each surface.
+        """
         how: dict[str, Any] = {"precision": "float64", "backend": self.backend}
         plans = []
         for subject, equation, visible in zip(self.subjects, equations, seen, strict=True):

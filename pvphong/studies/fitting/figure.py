@@ -50,11 +50,14 @@ def _of(values: Any, path: str) -> Any:
 
 
 def _brightness(rows: Any) -> Any:
-    """Return luminances of colours (n, 3) or of luminances (n,)."""
+    """Return luminances (n,) for `rows`, which are colours (n, 3) or luminances already."""
     return rows @ LUMINANCE if rows.ndim == 2 else rows
 
 
 def _shown(rows: Any) -> Any:
-    """Return colours to draw, in [0, 1]: luminances as grey, and one colour where nothing is asked."""
+    """Return colours (n, 3) to draw, in [0, 1], of `rows`: colours (n, 3) or luminances (n,).
+
+    Luminances become grey. Rows that are NaN, where no colour is asked for, become the colour `_ANY`.
+    """
     colors = np.clip(rows if rows.ndim == 2 else np.tile(rows[:, None], 3), 0.0, 1.0)
     return np.where(np.isnan(colors), _ANY, colors)

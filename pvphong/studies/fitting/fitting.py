@@ -67,9 +67,9 @@ def fit(
 
     The error is the weighted sum of squared differences from the target, over points and channels; a point's weight is
     its area times the given weight. Intensities and colours are the solution of a bounded linear problem: if nothing
-    else varies, no other values have a smaller error, unless colours are clamped whose target is below 1. Directions,
-    positions, cones, sizes and exponents are searched from several starts, so a better solution may exist. The light
-    model counts: shadows, occlusion and bounces are computed, and colours are clamped.
+    else varies, no other values have a smaller error, except where clamping at 1 changes a colour whose target is below
+    1. Directions, positions, cones, sizes and exponents are searched from several starts, so a better solution may
+    exist. The light model counts: shadows, occlusion and bounces are computed, and colours are clamped.
 
     Parameters
     ----------
@@ -81,31 +81,31 @@ def fit(
         The surface's material, or the name of one.
     target : array_like, str or float
         Colours (n_points, 3) or luminances (n_points,) that the points should have, linear, 1 for white; or the name of
-        such a point array; or one luminance for all. NaN where anything will do. If the light model clamps, 1 or more
-        means "at least 1". `pvphong.target` makes one from selections.
+        such a point array; or one luminance for all. NaN where any colour is allowed. If the light model clamps, 1 or
+        more means "at least 1". `pvphong.target` makes one from selections.
     vary : mapping or str
         A light's name, or its index if it has none → the fields that vary, as in
         ``{"key": "intensity diffuse direction"}``; or the fields that vary in all lights that are on. The fields are
         "intensity", "diffuse", "specular", "ambient", and those of the kind of light: "direction", "position",
-        "cone_angle", "exponent", "radius", "width", "height", "up", "rotation". All other fields stay as they are, to
-        the bit. If intensity and colours vary, the colours keep their largest channel.
+        "cone_angle", "exponent", "radius", "width", "height", "up", "rotation". All other fields keep exactly their
+        values. If intensity and colours vary, the largest channel of the colours is kept.
     weights : array_like or str, optional
         Importance of each point, >= 0, shape (n_points,), or the name of a point array. By default, all points with a
-        target count the same.
+        target have the same weight.
     max_lights : int, optional
         Choose at most this number of the lights that vary, and only as many as the tolerance needs; all others are
-        switched off. Lights are chosen one by one, and exchanged as long as this helps. Only intensities and colours
-        can then vary.
+        switched off. Lights are chosen one by one, and chosen lights are exchanged for others while the error falls.
+        Only intensities and colours can then vary.
     tolerance : float, default 0
-        A root mean square of the differences that is good enough: no more starts are tried then, and `max_lights` adds
-        no more lights.
+        Root mean square of the differences that is small enough. When it is reached, no more starts are tried, and no
+        more lights are added towards `max_lights`.
     tries : int, default 12
-        Number of starts of the search. More find better solutions if many lights move.
+        Number of starts of the search. A larger number finds better solutions if many lights move.
     seed : int, default 0
         Seed of the starts and of the vertices that the search uses. With a named backend, equal calls give equal bits,
         for any number of threads.
     matrix, feature_angle, occluders, visibility, transport, backend
-        As for `mesh.phong.shade`. `visibility` needs lights that stay where they are.
+        As for `mesh.phong.shade`. With `visibility`, directions, positions and sizes cannot vary.
 
     Returns
     -------
@@ -169,7 +169,8 @@ def fit_blocks(
     materials : sequence of Material
         The material of each dataset, in order.
     target : mapping or float
-        Path of a dataset → its target; without an entry, any colours will do. A number is the luminance of all.
+        Path of a dataset → its target. A dataset without an entry may have any colours. A number is the luminance of
+        all points.
     vary, options
         As for `fit`; weights are a mapping too.
     light : callable
@@ -191,7 +192,7 @@ def fit_blocks(
         if isinstance(mapping, Mapping):
             for path in mapping:
                 if path not in paths:
-                    check.refuse(name, f"a mapping with {path!r}", f"one whose keys are paths of blocks: {paths}")
+                    check.refuse(name, f"a mapping with {path!r}", f"a mapping whose keys are paths of blocks: {paths}")
         elif mapping is not None and np.ndim(mapping):
             check.refuse(name, type(mapping).__name__, "a mapping from paths of blocks to arrays, or one number")
     return _fitted(parts, scene, target, vary, setting, wishes, light, begun)
@@ -203,7 +204,7 @@ def _whole_or_none(name: str, value: Any) -> int | None:
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a fit that do not concern the lighting; the fields are as for `fit`."""
+    """Options of a fit that do not concern the lighting. The fields are those parameters of `fit`."""
 
     weights: Any = None
     max_lights: int | None = check.field(_whole_or_none, None)
@@ -217,7 +218,11 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """One mesh, its surface, and the rows of the mesh's points that the surface has."""
+    """One mesh of a fit.
+
+    `path` is its path in the blocks ("" for a single mesh), and `source` its surface. `maps` and `tangents` are the
+    material's maps and the tangents at the surface's points. `rows` are the mesh's points that the surface has.
+    """
 
     path: str
     mesh: pv.DataSet
@@ -245,7 +250,7 @@ class _Part:
         return vertices_of(self.source, self.maps, self.tangents, plain, direct)
 
     def given(self, value: Any) -> Any:
-        """Return the entry of a mapping for this mesh; a value that is not a mapping is for all meshes."""
+        """Return `value`, or its entry for this mesh if it is a mapping from paths."""
         return value.get(self.path) if isinstance(value, Mapping) else value
 
 
@@ -259,7 +264,11 @@ def _fitted(
     light: Callable[[Scene], Any],
     begun: float,
 ) -> Fit:
-    """Fit lights to the targets of all parts; `begun` is the time at the start."""
+    """Fit lights to the targets of all meshes.
+
+    `parts` are the meshes, and `vary` is as for `fit`. `setting` has the options of the lighting, and `light` lights
+    the meshes with a scene. `begun` is the time at which the fit began, in seconds.
+    """
     refuse_without_scipy()
     kernel.check_backend(setting.backend)
     if setting.matrix is not None:
@@ -268,7 +277,9 @@ def _fitted(
     for part, each in zip(parts, vertices, strict=True):
         if each.equation(scene, part.material, setting.matrix).gamma != 1.0:
             remedy = "Use LightModel(), or another reflectance."
-            check.refuse("material", "PBR in VTK's convention", "one without a gamma, for which light adds up", remedy)
+            check.refuse(
+                "material", "PBR in VTK's convention", "a material without a gamma, so that light adds up", remedy
+            )
     around = _around(vertices, setting.matrix)
     varied = variations(scene, vary, around)
     wanted = _wanted(parts, vertices, target, options.weights, setting.matrix, clamps=scene.light_model.clamp)
@@ -310,38 +321,50 @@ def _fitted(
 
 
 def _refuse_conflicts(varied: Sequence[Variation], wanted: Wanted, setting: Setting, options: Options) -> None:
-    """Raise ValueError if the fields that vary do not suit the target or the options."""
+    """Raise ValueError if the fields that vary do not go together with the target or the options.
+
+    `varied` are the lights with the fields that vary, `wanted` is the target, and `setting` has the options of the
+    lighting.
+    """
     moves = any(one.count for one in varied)
     if options.max_lights is not None and moves:
-        remedy = "Fit their shapes without max_lights, and then choose."
-        check.refuse("vary", "directions, positions or sizes with max_lights", "intensities and colours", remedy)
+        remedy = "Fit directions, positions and sizes first, without max_lights."
+        check.refuse("vary", "directions, positions or sizes", "intensities and colours if max_lights is given", remedy)
     for one in varied if options.max_lights is not None else ():
         if one.rest(one.light) is not None:
-            remedy = "Vary its intensity, or all of its colours, so that nothing is left of it if it is not chosen."
+            remedy = "A light that is not chosen must go out completely."
             check.refuse(
-                "vary", f"some colours of {one.label!r} with max_lights", "an intensity, or all colours", remedy
+                "vary",
+                f"only some colours of {one.label!r}",
+                "an intensity, or all colours, of each light if max_lights is given",
+                remedy,
             )
     if setting.visibility is not None and moves:
-        remedy = "Leave it out; the rays are then cast as the lights move."
-        check.refuse("visibility", "one for lights that move", "None if directions, positions or sizes vary", remedy)
+        remedy = "Leave it out: rays are then cast for each move of a light."
+        check.refuse("visibility", "a Visibility", "None if directions, positions or sizes vary", remedy)
     if wanted.is_luminance and any(one.colors for one in varied):
-        remedy = "Vary intensities alone, or ask for colours."
+        remedy = "Vary only intensities, or pass colours as the target."
         check.refuse("target", "luminances, which determine no hue", "colours if colours of lights vary", remedy)
     count, asked = sum(len(one.unknowns) + one.count for one in varied), int((wanted.roots > 0.0).sum())
     if asked < count:
-        got = f"one with {asked} numbers"
-        check.refuse("target", got, f"one with at least {count} numbers, as many as vary", "Vary fewer fields.")
+        got = f"a target with {asked} numbers"
+        allowed = f"a target with at least {count} numbers, because {count} numbers of lights vary"
+        check.refuse("target", got, allowed, "Vary fewer fields.")
 
 
 def _refuse_dark(varied: Sequence[Variation], point: search.Point, wanted: Wanted) -> None:
-    """Raise ValueError if a light that varies reaches no point of the target."""
+    """Raise ValueError if one of the lights that vary gives no light to any point of the target.
+
+    `point` is the result of the search.
+    """
     lengths, first = np.diag(point.solution.normal.matrix), 0
     for one, share in zip(varied, point.shares, strict=True):
         last = first + len(one.unknowns)
         # columns are 0 for a dark light, and where all colours are clamped
         if one.linear and not lengths[first:last].any() and not any(c[wanted.counts].any() for c in share.columns):
-            remedy = "Move it or turn it, vary its direction or position, or leave it out."
-            check.refuse("vary", f"{one.label!r}, which lights none of the target's points", "lights that do", remedy)
+            remedy = "Move or turn this light, vary its direction or position, or leave it out."
+            got = f"{one.label!r}, which lights none of these points"
+            check.refuse("vary", got, "lights that light points of the target", remedy)
         first = last
 
 
@@ -356,7 +379,7 @@ def _around(vertices: Sequence[Vertices], matrix: MatrixLike | None) -> Sphere:
     corners = np.concatenate([[each[::2], each[1::2]] for each in bounds])
     corners = corners[np.isfinite(corners).all(axis=1)]
     if not len(corners):
-        check.refuse("mesh", "one without finite points", "a mesh with points to light")
+        check.refuse("mesh", "a mesh without finite points", "a mesh with points to light")
     found = sphere_around(box_of(corners))
     return found if found.radius > 0.0 else found._replace(radius=1.0)
 

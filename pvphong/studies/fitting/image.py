@@ -43,8 +43,8 @@ def colors_from_image(
 ) -> Any:
     """Read the colours of a mesh's points from a picture of it.
 
-    A point has a colour if the four pixels around its image show the surface around it. So it has none if it is hidden,
-    outside the picture, at a silhouette, or on a surface that the viewer sees at less than 12°. Colours are
+    A point gets a colour if the four pixels nearest to it show the surface around it. A point gets no colour if it is
+    hidden, outside the picture or at a silhouette, or if its surface is seen at an angle below 12°. Colours are
     interpolated between the centres of pixels. The result is a target for `mesh.phong.fit`.
 
     Parameters
@@ -52,8 +52,8 @@ def colors_from_image(
     mesh : pyvista.DataSet or pyvista.MultiBlock
         The mesh or meshes in the picture; they are not modified.
     image : array_like or str
-        Shape (height, width, 3 or 4), the first row at the top, as from ``plotter.screenshot``: uint8, or floats of
-        which 1 is full; or the path of a .png or .jpg file. A fourth channel is ignored.
+        Shape (height, width, 3 or 4), the first row at the top, as from ``plotter.screenshot``: uint8, or floats from 0
+        to 1; or the path of a .png or .jpg file. A fourth channel is ignored.
     camera : Viewer or pyvista.Camera
         The picture's camera. The picture shows its view completely.
     encoding : {"linear", "srgb"}
@@ -72,7 +72,8 @@ def colors_from_image(
     Raises
     ------
     ValueError
-        If the image has another shape or type, the camera is none, or no point is visible.
+        If the image has another shape or type, the camera is neither a Viewer nor a pyvista.Camera, or no point is
+        visible.
 
     Examples
     --------
@@ -93,20 +94,20 @@ def colors_from_image(
     receivers = [receiver_of(each, partial(point_normals, each), matrix, 0) for each in surfaces.values()]
     blocking = [each.faces for each in receivers if each.part is not None]
     if not blocking:
-        check.refuse("mesh", "one without faces", "a mesh with faces, which hide points behind them")
+        check.refuse("mesh", "a mesh without faces", "a mesh with faces, which hide the points behind them")
     occluding = Occluders([*blocking, *checked_occluders(occluders)])
     found = {
         path: _of_points(parts[path], surfaces[path], _read(each, occluding, viewer, pixels))
         for path, each in zip(surfaces, receivers, strict=True)
     }
     if all(np.isnan(colors).all() for colors in found.values()):
-        remedy = "Pass the camera with which the picture was made, and a picture of all that it sees."
-        check.refuse("camera", repr(viewer), "one whose picture shows points of the mesh", remedy)
+        remedy = "Pass the camera with which the picture was made, and the whole picture."
+        check.refuse("camera", repr(viewer), "a camera whose picture shows points of the mesh", remedy)
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
 
 
 def _of_points(mesh: pv.DataSet, outside: pv.PolyData, colors: Float64Array) -> Float64Array:
-    """Return colours of all points of a mesh, from those of its surface; NaN for the others."""
+    """Return colours for all points of `mesh`, NaN for points inside. `colors` are those of its surface `outside`."""
     if isinstance(mesh, pv.PolyData | pv.PointSet):
         return colors
     found = np.full((mesh.n_points, 3), np.nan)
@@ -115,7 +116,10 @@ def _of_points(mesh: pv.DataSet, outside: pv.PolyData, colors: Float64Array) -> 
 
 
 def _pixels(image: Any, encoding: str) -> Float64Array:
-    """Return linear colours, shape (height, width, 3), the first row at the bottom."""
+    """Return a picture's linear colours, shape (height, width, 3), with the first row at the bottom.
+
+    `image` is an array or a path, and `encoding` is "linear" or "srgb".
+    """
     allowed = "an array of shape (height, width, 3), uint8 or floats, or the path of a picture"
     if isinstance(image, str) or hasattr(image, "__fspath__"):
         if not is_image_path(str(image)):
@@ -134,12 +138,14 @@ def _pixels(image: Any, encoding: str) -> Float64Array:
 
 
 class _Around(NamedTuple):
-    """The four pixels around the image of each point."""
+    """The four pixels nearest to each of n places in a picture, for bilinear interpolation.
+
+    All arrays have shape (4, n).
+    """
 
     rows: IntArray
     columns: IntArray
     weights: Float64Array
-    """Shape (4, n)."""
 
 
 def _around(places: Float64Array, shape: Sequence[int]) -> _Around:
@@ -152,7 +158,11 @@ def _around(places: Float64Array, shape: Sequence[int]) -> _Around:
 
 
 def _read(receiver: Receiver, occluders: Occluders, viewer: Viewer, pixels: Float64Array) -> Float64Array:
-    """Return the colours of a surface's vertices, NaN where the picture does not show them."""
+    """Return the colours (n, 3) of a surface's vertices, NaN where the picture does not show them.
+
+    `receiver` has the vertices. `pixels` has the picture's colours, first row at the bottom. `occluders` are all meshes
+    that may hide vertices.
+    """
     height, width, _ = pixels.shape
     points, normals = receiver.points, receiver.unit_normals
     found = np.full(points.shape, np.nan)
@@ -194,7 +204,10 @@ def _read(receiver: Receiver, occluders: Occluders, viewer: Viewer, pixels: Floa
 def _rays(
     viewer: Viewer, x: NDArray[Any], y: NDArray[Any], width: int, height: int
 ) -> tuple[Float64Array, Float64Array]:
-    """Return origins and unit directions of the rays through places of a picture, in pixels from its lower left."""
+    """Return the origins and unit directions of camera rays.
+
+    `x` and `y` are places in a picture of `width` by `height` pixels, measured in pixels from its lower left corner.
+    """
     right, up = (2.0 * x - width) / height, (2.0 * y - height) / height
     if viewer.parallel:
         offsets = np.stack([right, up, np.zeros_like(up)], axis=1) * viewer.parallel_scale

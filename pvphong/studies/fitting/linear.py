@@ -3,8 +3,9 @@
 With the columns A, the unknowns x and the colours u = base + A x, the error is Σ w (target − f(u))², where w are the
 weights and f clamps at 1 if the light model does. Without clamped colours this is the convex problem of Lawson and
 Hanson ("Solving Least Squares Problems", 1974, chapter 23), solved from its normal equations. A target of 1 or more
-asks for colours of *at least* 1, which is convex too. Other clamped colours are no longer convex: from the solution of
-the convex problem, or a multiple of it that is better, Gauss-Newton steps descend.
+asks for colours of *at least* 1, and the problem stays convex. Where other colours are clamped, it is not convex.
+Gauss-Newton steps then descend from the solution of the convex problem, or from a multiple of this solution if its
+error is smaller.
 
 Sums over vertices run in one thread and in a fixed order, so their bits do not depend on the number of threads.
 """
@@ -46,20 +47,20 @@ def refuse_without_scipy() -> None:
 
 
 class Column(NamedTuple):
-    """Colours per unit of one unknown."""
+    """Colours of all points per unit of one unknown: an intensity, or one channel of a light's colour."""
 
     colors: Float64Array
-    """Shape (n, 3)."""
+    """Colours of all points per unit of the unknown, shape (n, 3)."""
     channel: int | None
-    """The only channel in which they count; None for all."""
+    """The colour channel (0, 1, 2) that the unknown changes; None if it changes all three."""
 
 
 Rows = list[tuple[IntArray, Float64Array]]
-"""For each channel that is compared: the numbers of the columns that count in it, and the columns as weighted rows."""
+"""Weighted columns of each compared channel: the indices of the columns that change this channel, and their values."""
 
 
 class Normal(NamedTuple):
-    """Normal equations G x = b of weighted least squares."""
+    """Normal equations G x = b of weighted least squares; `matrix` is G, `right` is b."""
 
     matrix: Float64Array
     right: Float64Array
@@ -67,7 +68,10 @@ class Normal(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Least-squares problem for the linear unknowns of all lights."""
+    """Least-squares problem for the unknowns of all lights: intensities and channels of colours.
+
+    `columns` are the colours per unit of each unknown, and `wanted` is the target.
+    """
 
     base: Float64Array
     """Shape (n, 3): the colours with all unknowns 0."""
@@ -76,7 +80,11 @@ class Problem:
 
     @classmethod
     def of(cls, base: Float64Array, varied: Sequence[Variation], shares: Sequence[Share], wanted: Wanted) -> Problem:
-        """Return the problem of lights with given shapes."""
+        """Return the least-squares problem of some lights.
+
+        `base` has the colours without these lights. `varied` are the lights with their fields that vary, and `shares`
+        the colours that each gives per unit of its unknowns. `wanted` is the target.
+        """
         columns = []
         for share in shares:
             if share.offset is not None:
@@ -87,7 +95,7 @@ class Problem:
         return cls(base, columns, wanted)
 
     def colors(self, x: Float64Array) -> Float64Array:
-        """Return the colours u before they are clamped."""
+        """Return the colours u (n, 3) for the unknowns x, before clamping."""
         found = self.base.copy()
         for value, column in zip(x.tolist(), self.columns, strict=True):
             if value and column.channel is None:
@@ -98,13 +106,13 @@ class Problem:
 
     @cached_property
     def asks_for_full(self) -> Any:
-        """Mask of the targets of 1 or more, shape (n, 1) or (n, 3); clamped colours meet them."""
+        """Mask of targets of 1 or more, shape (n, 1) or (n, 3). A clamped colour meets such a target exactly."""
         return (self.wanted.values >= 1.0) & (self.wanted.roots > 0.0)
 
     def clamped(self, colors: Float64Array, *, convex: bool) -> Any:
-        """Return a mask (n, 3) of the colours u that are clamped; None if none is.
+        """Return a mask (n, 3) of the `colors` that are clamped; None if no colour is.
 
-        If `convex`, only colours whose target is 1 or more are.
+        With `convex`, only colours whose target is 1 or more count as clamped.
         """
         if not self.wanted.clamps or colors.max(initial=0.0) < 1.0:
             return None
@@ -112,15 +120,19 @@ class Problem:
         return found if found.any() else None
 
     def residual(self, colors: Float64Array, clamped: Any) -> Float64Array:
-        """Return the weighted residual, shape (n, 1) or (n, 3), of colours u of which some are clamped."""
+        """Return the weighted difference between target and `colors`, shape (n, 1) or (n, 3).
+
+        `clamped` is the mask of colours that are replaced by 1; None for no colour.
+        """
         wanted = self.wanted
         shown = colors if clamped is None else np.where(clamped, 1.0, colors)
         return wanted.roots * (wanted.reachable - wanted.seen(shown))
 
     def rows(self, columns: Sequence[Column], clamped: Any) -> Rows:
-        """Return the weighted columns as contiguous rows, for each channel that is compared.
+        """Return the weighted columns of each compared channel: R, G and B, or the luminance.
 
-        Each entry has the numbers of the columns that count in this channel, and the rows, shape (k, n).
+        Each entry has the indices of the k columns that change this channel, and their weighted values. The values are
+        contiguous, shape (k, n), and 0 where `clamped`.
         """
         roots, found = self.wanted.roots, []
         if self.wanted.is_luminance:
@@ -148,26 +160,27 @@ class Solution(NamedTuple):
     x: Float64Array
     """The unknowns, all >= 0."""
     squares: float
-    """Weighted sum of the squared differences from the target, over points and channels."""
+    """Weighted sum of squared differences from the target, over points and channels."""
     colors: Float64Array
-    """Shape (n, 3): the colours before they are clamped."""
+    """Colours (n, 3) before clamping."""
     residual: Float64Array
     """The weighted residual."""
     clamped: Any
-    """Mask (n, 3) of the colours that are clamped; None if none is."""
+    """Mask (n, 3) of the colours that are clamped; None if no colour is."""
     rows: Rows
     """The weighted columns."""
     normal: Normal
     """Normal equations for a change of the unknowns; the right side is 0 at the optimum where x > 0, else <= 0."""
     is_convex: bool
-    """True if no colour is clamped whose target is below 1: no other intensities for which this holds are better."""
+    """True if no colour is clamped whose target is below 1. Then, no other intensities without such colours are better.
+    """
 
     @property
     def violation(self) -> float:
-        """Largest violation of the optimality conditions (Karush, Kuhn and Tucker), from 0 to 1.
+        """Largest violation of the optimality conditions of Karush, Kuhn and Tucker, from 0 to 1.
 
-        It is the cosine between the residual and an unknown's column; for an unknown that is 0, only a positive one
-        counts. A residual of rounding errors alone violates nothing.
+        For each unknown, the cosine of the angle between the residual and the unknown's column should be 0. For an
+        unknown that is 0, a negative cosine is no violation. A residual that is only rounding error violates nothing.
         """
         wrong = np.where(self.x > 0.0, np.abs(self.normal.right), self.normal.right)
         scale = np.sqrt(np.diag(self.normal.matrix) * self.squares)
@@ -176,9 +189,9 @@ class Solution(NamedTuple):
 
 
 def normal_equations(rows: Rows, residual: Float64Array, count: int, known: Float64Array | None = None) -> Normal:
-    """Return the normal equations of `count` columns from their weighted rows and a weighted residual.
+    """Return the normal equations of `count` columns from the columns' weighted `rows` and the weighted `residual`.
 
-    `known` is their matrix, if it is known already.
+    `known` is the matrix of these equations if it was computed before.
     """
     matrix, right = np.zeros((count, count)), np.zeros(count)
     for channel, (numbers, vectors) in zip(np.ascontiguousarray(residual.T), rows, strict=True):
@@ -192,7 +205,7 @@ def nonnegative(normal: Normal) -> Float64Array:
     """Return the x >= 0 that minimizes x·G x / 2 − b·x.
 
     The equations are scaled, and a square root of G is passed to SciPy's solver (Lawson and Hanson's algorithm). If
-    columns depend on each other, so that several x are optimal, it is one of them.
+    columns depend on each other, so that several x are optimal, one of these is returned.
     """
     from scipy.optimize import nnls
 
@@ -211,7 +224,7 @@ def nonnegative(normal: Normal) -> Float64Array:
 
 
 def solve(problem: Problem) -> Solution:
-    """Solve the problem: the optimum of the convex problem, and a descent if other colours are clamped."""
+    """Return the solution of the convex problem, improved by a descent if colours with a target below 1 are clamped."""
     found = _descent(problem, np.zeros(len(problem.columns)), convex=True)
     if not problem.wanted.clamps:
         return found
@@ -224,9 +237,9 @@ def solve(problem: Problem) -> Solution:
 
 
 def _brighter(problem: Problem, found: Solution) -> float:
-    """Return the factor by which all lights may be brighter with a smaller error, because colours are clamped; or 1.
+    """Return the factor for all unknowns that gives the smallest error with clamped colours; at least 1.
 
-    It is estimated at some of the points.
+    The factor is estimated from some of the points. `found` is the solution of the convex problem.
     """
     if found.colors.max(initial=0.0) * _FACTORS[-1] <= 1.0:
         return 1.0
@@ -243,10 +256,11 @@ def _brighter(problem: Problem, found: Solution) -> float:
 
 
 def _descent(problem: Problem, x: Float64Array, *, convex: bool) -> Solution:
-    """Repeat Gauss-Newton steps, whose colours are clamped as before the step, until the error no longer falls.
+    """Take Gauss-Newton steps from `x` until the error no longer falls.
 
-    Without clamped colours the first step is exact. A correction from the residual itself follows it, because normal
-    equations square the condition number.
+    Within a step, the set of clamped colours is constant. Without clamped colours the first step is exact. A correction
+    by the residual follows, because normal equations square the condition number. With `convex`, only colours whose
+    target is 1 or more count as clamped.
     """
     now = _at(problem, x, convex)
     for _ in range(_STEPS if problem.columns else 0):
@@ -277,7 +291,11 @@ def _descent(problem: Problem, x: Float64Array, *, convex: bool) -> Solution:
 
 
 def _at(problem: Problem, x: Float64Array, convex: bool, before: Solution | None = None) -> Solution:
-    """Return the state of the problem for given unknowns; `before` is a state whose rows may be the same."""
+    """Return the state of the problem for the unknowns `x`.
+
+    With `convex`, only colours whose target is 1 or more count as clamped. `before` is an earlier state; its weighted
+    columns are reused if the same colours are clamped.
+    """
     colors = problem.colors(x)
     clamped = problem.clamped(colors, convex=convex)
     residual = problem.residual(colors, clamped)

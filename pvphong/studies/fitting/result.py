@@ -41,21 +41,21 @@ class FitError(NamedTuple):
 
 
 class Unmet(NamedTuple):
-    """Part of a target that no intensities can give."""
+    """A part of the target that no intensities of the lights can give."""
 
     what: str
     """The reason, in words."""
     points: int
     """Number of points."""
     share: float
-    """Fraction of the target's weight, 0 to 1."""
+    """The part's fraction of the weight of the whole target, 0 to 1."""
     largest: float
-    """Largest difference from the target there."""
+    """Largest difference from the target at these points."""
 
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """What a fit leaves behind for its report."""
+    """The data of a fit from which its report is computed."""
 
     search: Search
     problem: Problem
@@ -63,9 +63,9 @@ class Analysis:
     given: Search
     """The search with all lights that vary, including those that were not chosen."""
     shares: tuple[Share, ...]
-    """Shares of all these lights."""
+    """Colours that each of these lights gives per unit of its unknowns."""
     off: Sequence[Variation]
-    """Lights that were not chosen."""
+    """Lights that were not chosen and are switched off."""
 
     @property
     def solution(self) -> Solution:
@@ -83,19 +83,19 @@ class Analysis:
         return self.search.wanted
 
     def differences(self, colors: Float64Array) -> Float64Array:
-        """Return signed differences of colours from the target, shape (n, 1) or (n, 3); NaN where nothing is asked."""
+        """Return colours minus the target, shape (n, 1) or (n, 3); NaN where the target allows any colour."""
         shown = np.minimum(colors, 1.0) if self.wanted.clamps else colors
         return np.where(self.wanted.roots > 0.0, self.wanted.seen(shown) - self.wanted.reachable, np.nan)
 
     def error(self, residual: Float64Array) -> FitError:
-        """Return the errors of a weighted residual."""
+        """Return the root mean square and the largest difference for a weighted residual."""
         roots = self.wanted.roots
         off = np.divide(np.abs(residual), roots, out=np.zeros_like(roots), where=roots > 0.0)
         return FitError(math.sqrt(float(np.square(residual).sum())), float(off.max()))
 
     @cached_property
     def before(self) -> FitError:
-        """Errors of the scene as given."""
+        """Errors of the scene as it was given."""
         search = self.given
         shares = [
             search.columns.share(one, one.light) if one.count else share
@@ -144,7 +144,10 @@ class Analysis:
 
     @cached_property
     def _whole(self) -> tuple[Normal, Float64Array, list[tuple[int, str, slice]]]:
-        """Normal equations of all unknowns, the same with squared weights, and the place of each light's fields."""
+        """Normal equations of all unknowns, their matrix with squared weights, and the rows of each field.
+
+        For each field that varies, the last list has the light's number, the field's name, and the slice of its rows.
+        """
         derivatives = self.search.derivatives(self.point)
         normal = joined(self.solution, derivatives)
         roots, rows = self.wanted.roots, []
@@ -167,10 +170,10 @@ class Analysis:
 
     @cached_property
     def covariance(self) -> Float64Array:
-        """Covariance of all unknowns, if the target's noise is independent and the same at all points.
+        """Covariance matrix of all unknowns, for noise of the target that is independent and equal at all points.
 
-        The noise is estimated from the differences that remain. NaN for an unknown at its limit, or one that the target
-        does not determine.
+        The variance is estimated from the remaining differences. Entries are NaN for an unknown at its limit, or for an
+        unknown that the target does not determine.
         """
         normal, doubled, _ = self._whole
         count, inner = len(normal.right), len(self.solution.x)
@@ -194,7 +197,7 @@ class Analysis:
 
     @cached_property
     def deviations(self) -> dict[str, dict[str, Deviation]]:
-        """Light → field → standard deviation; see `Fit.deviations`."""
+        """Standard deviations by light and field; see `Fit.deviations`."""
         _, _, places = self._whole
         covariance, found = self.covariance, dict[str, dict[str, Deviation]]()
         of_colors: list[slice | None] = [None] * len(self.varied)
@@ -217,9 +220,11 @@ class Analysis:
 
     @staticmethod
     def _of_products(one: Variation, products: Float64Array, covariance: Float64Array) -> dict[str, Deviation]:
-        """Return deviations of a light's colours, and of its intensity if it varies too, from those of their products.
+        """Return standard deviations of a light's colours and, if it varies, of its intensity.
 
-        Intensity and colours are told apart as in `Variation.solved`: by the largest channel of all colours.
+        The unknowns are `products` of intensity and colour channel, with their `covariance`. As in `Variation.solved`,
+        the largest channel of all colours is constant; the intensity is the product for this channel divided by it.
+        `one` is the light with the fields that vary.
         """
         found: dict[str, Deviation] = {}
         if "intensity" in one.linear:
@@ -237,7 +242,10 @@ class Analysis:
 
     @cached_property
     def alike(self) -> tuple[tuple[str, ...], ...]:
-        """Groups of lights whose fields the target does not tell apart."""
+        """Groups of lights that the target cannot distinguish.
+
+        Some joint changes of a group's fields leave the colours the same.
+        """
         normal, _, places = self._whole
         scale = np.sqrt(np.diag(normal.matrix))
         used = np.flatnonzero(scale > 0.0)
@@ -255,7 +263,7 @@ class Analysis:
 
 
 def _shown(value: Any) -> str:
-    """Return a number, or several, with four digits; nothing for NaN or None."""
+    """Return the text for a number or several numbers, with four digits; "" for NaN or None."""
     if value is None:
         return ""
     numbers = np.ravel(value)
@@ -276,15 +284,15 @@ class Fit:
         Largest violation of the optimality conditions of the intensities and colours, from 0 to 1; rounding is about
         1e-12.
     least_error : float
-        Certificate: no intensities up to 1000 times those found give a smaller `error.rms`, with these directions and
-        positions, and without clamping colours whose target is below 1. 0 if such colours are clamped, or if lights
-        were chosen.
+        Proven lower bound of `error.rms` for these directions and positions. It holds for all intensities up to 1000
+        times those found that clamp no colour whose target is below 1. It is 0 (no bound) if the fit clamps such
+        colours, or if lights were chosen.
     is_within : bool
         True if `error.rms` is at most the tolerance.
     interrupted : bool
         True if Ctrl-C ended the search.
     seconds : float
-        Time in seconds.
+        Duration of the fit in seconds.
 
     Examples
     --------
@@ -317,7 +325,12 @@ class Fit:
         seconds: float,
         tolerance: float,
     ) -> Fit:
-        """Make the result of an analysis."""
+        """Return the result of a fit, made from its analysis.
+
+        `light` lights the mesh or blocks with a scene. Entry `rows[path]` is the slice of a mesh's rows among all
+        points. `interrupted` is true if Ctrl-C ended the search; `seconds` is its duration. `tolerance` is that of the
+        fit.
+        """
         error = analysis.error(analysis.solution.residual)
         measured = error, analysis.solution.violation, analysis.least_error, error.rms <= tolerance
         return cls(scene, *measured, interrupted, seconds, analysis, light, rows)
@@ -329,35 +342,42 @@ class Fit:
 
     @cached_property
     def differences(self) -> Any:
-        """Signed differences of the colours from the target at the points of `lit`; NaN where nothing is asked for.
+        """Colours minus the target at the points of `lit`; NaN where the target allows any colour.
 
-        Shape (n_points, 3) for a target of colours, (n_points,) for luminances. For blocks, a dictionary by path.
+        Shape (n_points, 3) for a target of colours, (n_points,) for luminances. For blocks, a dictionary from path to
+        array.
         """
         return self._by_path(self._analysis.differences(self._analysis.solution.colors))
 
     @property
     def before(self) -> FitError:
-        """Differences of the scene as given from the target, computed at the first use."""
+        """Differences between the colours under the given scene and the target, computed at the first use."""
         return self._analysis.before
 
     @property
     def unmet(self) -> tuple[Unmet, ...]:
-        """Parts of the target that no intensities can give: `.what`, `.points`, `.share` and `.largest` of each."""
+        """Parts of the target that no intensities can give.
+
+        Each has `.what` (the reason), `.points`, `.share` and `.largest`.
+        """
         return self._analysis.unmet
 
     @property
     def deviations(self) -> Mapping[str, Mapping[str, Deviation]]:
-        """Light → field → standard deviation, computed at the first use.
+        """Standard deviations, as ``deviations[light][field]``, computed at the first use.
 
-        In the field's unit; for a direction, the angle in degrees. They hold for independent noise that is the same at
-        all points, and are estimated from the differences that remain. NaN for a value at its limit, or one that the
-        target does not determine.
+        The unit is the field's; for a direction, it is an angle in degrees. They assume independent noise with the same
+        variance at all points, estimated from the remaining differences. NaN marks a value at its limit, or a value
+        that the target does not determine.
         """
         return self._analysis.deviations
 
     @property
     def alike(self) -> tuple[tuple[str, ...], ...]:
-        """Groups of lights that the target does not tell apart: others with the same sum fit as well."""
+        """Groups of lights that the target cannot distinguish.
+
+        Other values of their fields that give the same sum of colours fit as well.
+        """
         return self._analysis.alike
 
     @property
@@ -413,12 +433,12 @@ class Fit:
 
     @property
     def asked(self) -> Any:
-        """The target at the points of `lit`, as `differences`; NaN where nothing is asked for."""
+        """The target at the points of `lit`, in the shape of `differences`; NaN where any colour is allowed."""
         wanted = self._analysis.wanted
         return self._by_path(np.where(wanted.roots > 0.0, wanted.values, np.nan))
 
     def _by_path(self, rows: Float64Array) -> Any:
-        """Return rows of all points; for blocks, a dictionary by path."""
+        """Return `rows`, the values at all points; for blocks, split into a dictionary from path to array."""
         rows = rows[:, 0] if self._analysis.wanted.is_luminance else rows
         return rows if "" in self._rows else {path: rows[part] for path, part in self._rows.items()}
 

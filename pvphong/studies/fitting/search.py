@@ -1,16 +1,17 @@
-"""Search for directions, positions and other shapes, with the linear problem solved inside.
+"""Search for the *shapes* of lights (directions, positions, cones, sizes), with intensities and colours solved inside.
 
-Variable projection (Golub and Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems
-whose variables separate", SIAM J. Numer. Anal. 10, 1973), with the Jacobian of Kaufman (BIT 15, 1975): the error as a
-function of the shapes alone, where intensities and colours are always the best ones. Steps are those of Levenberg and
-Marquardt. The search begins at several starts:
+The method is variable projection (Golub and Pereyra, "The differentiation of pseudo-inverses and nonlinear least
+squares problems whose variables separate", SIAM J. Numer. Anal. 10, 1973), with the Jacobian of Kaufman (BIT 15, 1975).
+The error is a function of the shapes alone; for each shape, the best intensities and colours are used. Steps are those
+of Levenberg and Marquardt. The search begins at several starts:
 
 1. A bank of candidates for each light: directions that cover the sphere, positions around the mesh.
-2. For each start, lights take turns: each takes the candidate that explains most of what the others leave, then all
-   intensities are solved again. The lights begin as given, dark, or at random candidates.
+2. For each start, lights begin as given, dark, or at random candidates. Then they take turns: each light takes the
+   candidate that reduces the error of the other lights most, and all intensities are solved again.
 3. Short descents from all starts on a sample of the vertices, and long ones from the best. Where the target is nearly
-   met, they are repeated without the few points that are far off.
-4. Each light of the best is exchanged for the candidate that explains most of what the others leave, and descends.
+   met, they are repeated without the few points that have far larger errors than the rest.
+4. In the best result, each light in turn is exchanged for the candidate that reduces the error of the others most, and
+   a descent follows.
 5. The last descent is on all vertices.
 """
 
@@ -56,7 +57,7 @@ _DAMPING, _LEAST, _MOST = 1e-3, 1e-14, 1e10
 
 
 class Point(NamedTuple):
-    """A point of the search: lights, their shares of the colours, and the solved intensities."""
+    """A point of the search: lights, their shares of the colours, and the solved intensities and colours."""
 
     lights: tuple[Light, ...]
     shares: tuple[Share, ...]
@@ -65,7 +66,11 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """A fit on some vertices."""
+    """A fit on some vertices.
+
+    `columns` evaluates the lights' colours, `varied` are the lights with their fields that vary, `wanted` is the
+    target, and `base` has the colours without these lights.
+    """
 
     columns: Columns
     varied: Sequence[Variation]
@@ -74,11 +79,14 @@ class Search:
 
     @classmethod
     def of(cls, columns: Columns, varied: Sequence[Variation], wanted: Wanted) -> Search:
-        """Return the search on the vertices of an evaluator."""
+        """Return the search on the vertices of `columns`; arguments as for the class."""
         return cls(columns, varied, wanted, columns.base(varied))
 
     def at(self, lights: Sequence[Light], known: Sequence[Share | None] = ()) -> Point:
-        """Return the point of the search for lights; `known` has shares that were evaluated before."""
+        """Return the point of the search for `lights`.
+
+        `known` has a light's colours if they were evaluated before; None for a light to evaluate.
+        """
         known = known or [None] * len(lights)
         shares = tuple(
             self.columns.share(one, light) if share is None else share
@@ -87,9 +95,10 @@ class Search:
         return Point(tuple(lights), shares, solve(Problem.of(self.base, self.varied, shares, self.wanted)))
 
     def derivatives(self, point: Point) -> Rows:
-        """Return weighted derivatives of the colours by the coordinates of all shapes, at fixed intensities.
+        """Return weighted derivatives of the colours by the coordinates of all shapes, at constant intensities.
 
-        They are finite differences; shadows stay where they are. Where colours jump, differences are central and long.
+        They are finite differences with constant shadows. Where colours jump, central differences with a long step are
+        used.
         """
         solution, found, first = point.solution, list[Column](), 0
         for one, light, share in zip(self.varied, point.lights, point.shares, strict=True):
@@ -108,9 +117,10 @@ class Search:
         return Problem(self.base, found, self.wanted).rows(found, solution.clamped)
 
     def descend(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
-        """Descend from a point by at most `most` steps, or until the squared error is at most `perfect`.
+        """Descend from `point` by Levenberg-Marquardt steps.
 
-        Two relative decreases in a row by at most `little` end the descent.
+        The descent ends after `most` steps, at a squared error of at most `perfect`, or after two steps in a row that
+        each reduce the error by a fraction of at most `little`.
         """
         if not any(one.count for one in self.varied):
             return point
@@ -145,10 +155,11 @@ class Search:
         return self.at(lights, known)
 
     def settled(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
-        """Descend from a point, again without the few points whose differences are far above the others', and so on.
+        """Descend from `point`, then try again without the few points that have far larger differences than the rest.
 
         Where a highlight ends at the edge of the light, colours jump as a light moves. A few points on the wrong side
-        of such an edge would keep a descent from the minimum. This is tried only where the target is nearly met.
+        of such an edge would keep a descent from the minimum. The repetition is tried only where the target is nearly
+        met. `most`, `perfect` and `little` are those of `descend`.
         """
         point = self.descend(point, most, perfect, little)
         close = _CLOSE * float(np.square(self.wanted.roots * self.wanted.values).sum())
@@ -171,7 +182,10 @@ class Search:
         return point
 
     def narrowed(self, point: Point, perfect: float) -> Point:
-        """Improve coordinates at which colours jump by steps along each, half as long whenever none improves."""
+        """Improve the coordinates at which colours jump, one after the other, by trial steps in both directions.
+
+        The step is halved when no coordinate improves. The search ends at a squared error of at most `perfect`.
+        """
         jumpy = [(k, n) for k, one in enumerate(self.varied) for n, (_, jumps) in enumerate(one.steps) if jumps]
         length = 0.02
         while jumpy and length > 1e-5 and point.solution.squares > perfect:
@@ -191,7 +205,10 @@ class Search:
 
 
 def _colors(one: Variation, share: Share, x: Float64Array) -> Float64Array:
-    """Return the colours of a light with the unknowns x."""
+    """Return the colours (n, 3) of the light `one` if its unknowns have the values `x`.
+
+    `share` has the colours per unit of each unknown.
+    """
     found = np.zeros_like(share.columns[0]) if share.offset is None else share.offset.copy()
     factors = x.reshape(-1, 3) if one.colors else x
     for colors, factor in zip(share.columns, factors, strict=True):
@@ -200,7 +217,11 @@ def _colors(one: Variation, share: Share, x: Float64Array) -> Float64Array:
 
 
 def projected(solution: Solution, derivatives: Rows) -> tuple[Float64Array, Float64Array]:
-    """Return the normal equations for steps of the shapes, with the intensities that are not 0 eliminated."""
+    """Return the matrix and the right side of the normal equations for a step of the shapes.
+
+    The intensities and colours that are not 0 are eliminated. `solution` has the solved intensities and colours, and
+    `derivatives` the colours' derivatives by the coordinates of the shapes.
+    """
     joint = joined(solution, derivatives)
     free, inner = np.flatnonzero(solution.x > 0.0), len(solution.x)
     matrix, right = joint.matrix[inner:, inner:], joint.right[inner:]
@@ -213,7 +234,11 @@ def projected(solution: Solution, derivatives: Rows) -> tuple[Float64Array, Floa
 
 
 def joined(solution: Solution, derivatives: Rows) -> Normal:
-    """Return the normal equations of all unknowns: the linear ones, then the coordinates of shapes."""
+    """Return the normal equations of all unknowns.
+
+    The intensities and colours come first, then the coordinates of the shapes. `solution` has the solved intensities
+    and colours, and `derivatives` the colours' derivatives by the coordinates of the shapes.
+    """
     inner = len(solution.x)
     rows = [
         (np.concatenate([numbers, inner + others]), np.concatenate([own, more]))
@@ -227,7 +252,7 @@ def joined(solution: Solution, derivatives: Rows) -> Normal:
 
 
 class Bank(NamedTuple):
-    """Candidates for one light."""
+    """Candidates for one light: lights with other shapes, and the colours that each gives."""
 
     lights: list[Light]
     shares: list[Share]
@@ -238,7 +263,10 @@ class Bank(NamedTuple):
 
     @classmethod
     def of(cls, search: Search, one: Variation, around: Sphere) -> Bank:
-        """Return the candidates for a light; for a light without shapes, the light alone."""
+        """Return the candidates for the light `one`. A light without shapes that vary is its only candidate.
+
+        `search` evaluates them, and `around` is a sphere around the mesh.
+        """
         lights = list(one.starts(around, search.columns.scene.viewer, _DIRECTIONS)) if one.count else [one.light]
         shares = [search.columns.share(one, light) for light in lights]
         roots = search.wanted.roots
@@ -247,7 +275,7 @@ class Bank(NamedTuple):
         return cls(lights, shares, rows, np.einsum("mkn,mkn->mk", rows, rows))
 
     def best(self, residual: Float64Array) -> int:
-        """Return the candidate whose columns explain most of a weighted residual."""
+        """Return the index of the candidate whose columns can reduce a weighted `residual` most."""
         along = np.einsum("mkn,n->mk", self.rows, residual)
         gains = np.divide(np.maximum(along, 0.0) ** 2, self.lengths, out=np.zeros_like(along), where=self.lengths > 0.0)
         return int(np.argmax(gains.sum(axis=1)))
@@ -255,14 +283,14 @@ class Bank(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Starts of a search, from a bank of candidates for each light on a few vertices."""
+    """Starts of a search on a few vertices. Each light has a bank of candidates."""
 
     search: Search
     banks: Sequence[Bank]
 
     @classmethod
     def of(cls, search: Search, around: Sphere) -> Starts:
-        """Make the banks."""
+        """Return the starts of a search, with a bank for each light. `around` is a sphere around the mesh."""
         return cls(search, [Bank.of(search, one, around) for one in search.varied])
 
     @property
@@ -271,7 +299,7 @@ class Starts:
         return [k for k, bank in enumerate(self.banks) if len(bank.lights) > 1]
 
     def _solved(self, shares: Sequence[Share | None]) -> Solution:
-        """Solve with the given shares of the lights; None is a dark light."""
+        """Return the best intensities and colours for the given `shares`, one for each light; None is a dark light."""
         search = self.search
         known = [
             share or Share([np.zeros_like(search.base)] * len(bank.shares[0].columns), None, [])
@@ -283,7 +311,11 @@ class Starts:
         return self._solved([bank.shares[number] for bank, number in zip(self.banks, chosen, strict=True)]).squares
 
     def first(self, count: int, random: np.random.Generator) -> list[tuple[Light, ...]]:
-        """Return different starts after taking turns from `count` beginnings, the best first."""
+        """Return different starts, those with the smallest error first.
+
+        There are `count` beginnings: the lights as given, all dark, and random candidates. From each, lights take
+        turns: each light takes the candidate that reduces the error of the others most.
+        """
         found: dict[tuple[int, ...], float] = {(0,) * len(self.banks): np.inf}
         for number in range(count):
             chosen: list[int | None] = [0] * len(self.banks)
@@ -308,7 +340,7 @@ class Starts:
         return [tuple(bank.lights[each] for bank, each in zip(self.banks, key, strict=True)) for key in ranked]
 
     def exchanged(self, lights: Sequence[Light], k: int) -> tuple[Light, ...]:
-        """Return lights in which light `k` is replaced by the candidate that explains most of what the others leave."""
+        """Return `lights` with light `k` replaced by the candidate that reduces the error of the other lights most."""
         shares = [
             None if number == k else self.search.columns.share(one, light)
             for number, (one, light) in enumerate(zip(self.search.varied, lights, strict=True))
@@ -337,7 +369,7 @@ def find(
     around : Sphere
         Sphere around the mesh in the world.
     tries : int
-        Number of beginnings.
+        Number of starts to make.
     seed : int
         Seed of the sample and of the beginnings.
     goal : float
@@ -364,7 +396,12 @@ def find(
 def _sampled(
     few: Search, some: Search, around: Sphere, tries: int, random: np.random.Generator, perfect: float
 ) -> Iterator[Point]:
-    """Search on a sample of the vertices, and yield every point that is better than all before."""
+    """Search on samples of the vertices, and yield each point that is better than all before.
+
+    `few` makes the starts and `some`, with more vertices, the descents. A squared error of at most `perfect` ends them.
+    `around`, `tries` and `random` are the sphere around the mesh, the number of starts, and the source of random
+    numbers.
+    """
     with text.stage("candidates", 0.0, 0.2):
         starts = Starts.of(few, around)
         first = starts.first(tries, random)
@@ -404,6 +441,9 @@ def _sampled(
 
 
 def _fraction(begin: float, end: float, number: int, count: int) -> tuple[float, float]:
-    """Return the progress before and after a piece of work, one of several between `begin` and `end`."""
+    """Return the progress at the beginning and end of step `number`.
+
+    `count` equal steps lead from the progress `begin` to the progress `end`.
+    """
     step = (end - begin) / count
     return begin + step * number, begin + step * (number + 1)

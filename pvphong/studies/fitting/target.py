@@ -46,7 +46,7 @@ def target(mesh: Any, levels: Mapping[Any, Any]) -> Any:
     Raises
     ------
     ValueError
-        If a selection is of no such kind or selects no point, or a level is not a colour.
+        If a selection is none of these kinds or selects no point, or a level is neither a luminance nor a colour.
 
     Examples
     --------
@@ -74,14 +74,17 @@ def target(mesh: Any, levels: Mapping[Any, Any]) -> Any:
             remedy = check.meant(key, known) or f"The names are {', '.join(known) or 'none'}."
             check.refuse("levels", f"a key {key!r}", f"a mapping whose keys are {_SELECTIONS}", remedy)
         if not any(mask.any() for mask in masks.values()):
-            check.refuse(name, "a selection without points", "a level for at least one point", "Enlarge the selection.")
+            check.refuse(name, "a selection without points", "for at least one point", "Enlarge the selection.")
         for path, mask in masks.items():
             found[path][mask] = np.nan if color is None else color
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
 
 
 def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:
-    """Return a mask of the points that a selection contains; None if the selection is not one of this mesh."""
+    """Return a mask of the mesh's points that `key` selects; None if `key` names neither this mesh nor an array of it.
+
+    `key` is a key of `levels`: a name, a box, or a point with a radius. `path` is the mesh's path in the blocks.
+    """
     if isinstance(key, str):
         if path and f"{path}/".startswith(f"{key}/"):
             return np.ones(mesh.n_points, bool)
@@ -106,38 +109,38 @@ def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:
 class Wanted:
     """A checked target of n points, with a row per point.
 
-    A target of colours has a row of three numbers, a target of luminances a row of one.
+    In a target of colours, a row has three numbers. In a target of luminances, a row has one number.
     """
 
     values: Float64Array
-    """Shape (n, 3) or (n, 1); 0 where nothing is asked for."""
+    """The target, shape (n, 3) or (n, 1); 0 where any colour is allowed."""
     roots: Float64Array
-    """Square roots of the weights, of the same shape; 0 where nothing is asked for. The weights sum to 1."""
+    """Square roots of the weights, in the shape of `values`; 0 where any colour is allowed. The weights sum to 1."""
     clamps: bool
     """True if the light model clamps colours at 1."""
 
     @property
     def is_luminance(self) -> bool:
-        """True if luminances are asked for, and not colours."""
+        """True if the target has luminances, False if it has colours."""
         return self.values.shape[1] == 1
 
     @cached_property
     def reachable(self) -> Float64Array:
-        """The values; if the light model clamps, at most 1."""
+        """The values, at most 1 if the light model clamps."""
         return np.minimum(self.values, 1.0) if self.clamps else self.values
 
     @property
     def counts(self) -> BoolArray:
-        """Mask of the points for which something is asked, shape (n,)."""
+        """Mask of the points that have a target, shape (n,)."""
         return np.asarray((self.roots > 0.0).any(axis=1))
 
     def at(self, rows: Any) -> Wanted:
-        """Return the target of some of the points."""
+        """Return the target for the points `rows`: indices or a mask."""
         roots = self.roots[rows]
         return Wanted(self.values[rows], roots / np.sqrt(np.square(roots).sum()), self.clamps)
 
     def seen(self, colors: Float64Array) -> Float64Array:
-        """Return what of colours the target is compared with: the colours, shape (n, 3), or luminances, (n, 1)."""
+        """Return what is compared with the target: `colors` itself, shape (n, 3), or its luminances, shape (n, 1)."""
         return (colors * LUMINANCE).sum(axis=1, keepdims=True) if self.is_luminance else colors
 
 
@@ -145,12 +148,14 @@ _TARGET = "an array with a luminance or a colour for each point, the name of suc
 
 
 def checked_target(given: Any, mesh: pv.DataSet) -> Float64Array:
-    """Return a target as an array, shape (n_points, 1) or (n_points, 3), NaN where nothing is asked for.
+    """Return the target `given` as an array, shape (n_points, 1) or (n_points, 3), NaN where any colour is allowed.
+
+    `given` is an array, the name of a point array, or one luminance.
 
     Raises
     ------
     ValueError
-        If it has another shape, or is infinite or negative.
+        If the target has another shape, or a value is infinite or negative.
     """
     if isinstance(given, str):
         names = list(mesh.point_data.keys())
@@ -170,13 +175,15 @@ def checked_target(given: Any, mesh: pv.DataSet) -> Float64Array:
     is_bad = np.isinf(values) | (values < 0.0)
     if is_bad.any():
         point = int(np.argmax(is_bad.any(axis=1)))
-        remedy = "Use NaN where any colour will do."
+        remedy = "Use NaN where any colour is allowed."
         check.refuse("target", f"{values[point].tolist()} at point {point}", "numbers >= 0 that are finite", remedy)
     return values
 
 
 def checked_weights(given: Any, values: Float64Array, mesh: pv.DataSet) -> Float64Array:
-    """Return the weights of the points, shape (n_points,): those given, or else 1.
+    """Return the weights of the points, shape (n_points,).
+
+    `given` has the weights, or is the name of a point array, or is None for equal weights. `values` is the target.
 
     Raises
     ------
@@ -191,7 +198,7 @@ def checked_weights(given: Any, values: Float64Array, mesh: pv.DataSet) -> Float
         check.refuse("weights", f"an array of shape {rows.shape}", allowed)
     weights = rows.astype(np.float64)
     if not (np.isfinite(weights) & (weights >= 0.0)).all():
-        check.refuse("weights", "one with negative numbers, NaN or infinity", allowed)
+        check.refuse("weights", "an array with negative numbers, NaN or infinity", allowed)
     is_unknown = (weights > 0.0) & np.isnan(values).any(axis=1)
     if is_unknown.any():
         point = int(np.argmax(is_unknown))
@@ -201,12 +208,15 @@ def checked_weights(given: Any, values: Float64Array, mesh: pv.DataSet) -> Float
 
 
 def wanted_of(values: FloatArray, weights: FloatArray, clamps: bool) -> Wanted:
-    """Return the target of all points; `weights` are those of the points times their areas.
+    """Return the checked target of all points.
+
+    `values` are the target, `weights` the given weights times the points' areas. `clamps` is true if colours are
+    clamped.
 
     Raises
     ------
     ValueError
-        If nothing is asked for.
+        If no point has both a target and a weight.
     """
     is_asked = np.isfinite(values)
     shares = weights[:, None] * is_asked

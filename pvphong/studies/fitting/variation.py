@@ -1,7 +1,7 @@
 """Fields of lights that vary in a fit, and their coordinates in the search.
 
 Intensities and colours are the *linear* fields: the colours of a mesh are linear in them. All other fields that vary,
-such as directions and positions, are *shapes*. Their roles (`pvphong.optics.roles`) give their limits.
+such as directions and positions, are *shapes*. A field's role (`pvphong.optics.roles`) gives its limits.
 """
 
 from __future__ import annotations
@@ -29,17 +29,20 @@ _BLACK, _WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 class Unit(NamedTuple):
-    """A light whose share of the colours is the column of an unknown, or of the three channels of one."""
+    """A light that gives the colours for one unit of an unknown. The three channels of a colour have one such light."""
 
     light: Light
-    """The light at intensity 1: with its own colours, or with one white colour and the others black."""
+    """The light at intensity 1. If colours vary, one of them is white and the others are black."""
     field: str
-    """Field of the unknown."""
+    """Name of the field of the unknown."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """One light of a scene and its fields that vary."""
+    """One light of a scene, and its fields that vary.
+
+    `index` is its place in the scene, `label` its name in the report.
+    """
 
     index: int
     label: str
@@ -47,7 +50,7 @@ class Variation:
     linear: tuple[str, ...]
     """Names of the linear fields that vary."""
     charts: dict[str, Chart]
-    """Shape that varies → its coordinates."""
+    """Field of a shape that varies → its coordinates."""
 
     @cached_property
     def colors(self) -> tuple[str, ...]:
@@ -67,7 +70,7 @@ class Variation:
         return sum(chart.count for chart in self.charts.values())
 
     def units(self, light: Light) -> list[Unit]:
-        """Return the lights whose shares of the colours are the columns of the unknowns.
+        """Return, for each intensity or colour that varies, the light that gives its colours per unit.
 
         `light` is this light with other shapes.
         """
@@ -83,7 +86,7 @@ class Variation:
         return units
 
     def rest(self, light: Light) -> Light | None:
-        """Return the part of a light that the unknowns do not multiply; None if there is none."""
+        """Return the part of `light` that no unknown scales, such as fixed colours; None if there is none."""
         if not self.linear:
             return light
         if not self.colors:
@@ -97,18 +100,18 @@ class Variation:
 
     @property
     def values(self) -> Float64Array:
-        """Values of the linear unknowns for the light as given."""
+        """Values of the linear unknowns of the light as it was given."""
         if not self.colors:
             return np.array([self.light.intensity] * len(self.linear))
         given = [self.light.specular_color if c == "specular" else rgb(getattr(self.light, c)) for c in self.colors]
         return self.light.intensity * np.ravel(given)
 
     def solved(self, light: Light, values: Float64Array, is_known: BoolArray) -> Light:
-        """Return a light with the values of its linear unknowns.
+        """Return `light` with the intensity and colours that the unknowns' `values` give.
 
-        If the intensity and colours vary, only their products are known: the brightest of the colours keeps its largest
-        channel. Channels that `is_known` excludes, because the surface does not reflect them, keep their proportion to
-        the others.
+        If both intensity and colours vary, only their products are known; the largest channel of the colours is then
+        kept. `is_known` is False for channels that the surface does not reflect. Such channels keep their ratio to the
+        others.
         """
         if not self.linear:
             return light
@@ -128,7 +131,7 @@ class Variation:
         return replace(light, intensity=intensity, **fields)
 
     def moved(self, light: Light, coordinates: Float64Array) -> Light:
-        """Return a light whose shapes are moved from their values by coordinates, shape (count,)."""
+        """Return `light` with its shapes changed by `coordinates`, shape (count,). Coordinates of 0 change nothing."""
         fields, first = dict[str, Any](), 0
         for field, chart in self.charts.items():
             fields[field] = chart.move(getattr(light, field), coordinates[first : first + chart.count])
@@ -137,12 +140,12 @@ class Variation:
 
     @property
     def steps(self) -> list[tuple[float, bool]]:
-        """For each coordinate, the step of finite differences, and True if colours jump when it changes."""
+        """For each coordinate of the shapes: the step of finite differences, and True if colours jump as it changes."""
         jumps = any(isinstance(role, Angle) for role in self.light.roles.values())
         return [(_JUMP if jumps else _STEP, jumps)] * self.count
 
     def starts(self, around: Sphere, viewer: Any, count: int) -> Iterator[Light]:
-        """Yield lights from which a search may start: the given light, then others all around.
+        """Yield lights from which a search may start: the given light, then lights with other shapes.
 
         Parameters
         ----------
@@ -151,7 +154,7 @@ class Variation:
         viewer : Viewer
             The scene's viewer.
         count : int
-            Number of directions.
+            Number of directions to try.
         """
         yield self.light
         own = self.light.in_world(viewer)
@@ -187,21 +190,22 @@ _FARTHEST, _SIZES = 30.0, (1e-4, 100.0)
 
 @dataclass(frozen=True)
 class Chart:
-    """Coordinates of a shape around its value."""
+    """Coordinates of one shape, such as a direction, relative to its value."""
 
     count: int
     """Number of coordinates."""
     move: Callable[[Any, Float64Array], Any]
-    """Function of a value and coordinates; returns another value within the field's limits. All 0 is the value."""
+    """Function of a value and coordinates. Returns the changed value within the field's limits; coordinates of 0 change
+    nothing."""
     samples: Callable[[Any], list[Any]]
     """Function of a value; returns values from which a search may start."""
     units: Callable[[Any], tuple[float, ...]]
-    """Function of a value; returns, for each number that reports show, its change per unit of a coordinate."""
+    """Function of a value. For each number that reports show, returns its change per unit of a coordinate."""
 
     def deviation(self, value: Any, variances: Float64Array) -> float | tuple[float, ...]:
-        """Return standard deviations of a value in the field's unit; `variances` are those of the coordinates.
+        """Return the standard deviation of each number of `value`, in the field's unit.
 
-        A direction has one, the angle in degrees.
+        For a direction, return a single angle in degrees. `variances` are the variances of the coordinates.
         """
         if self.count == 2:
             return self.units(value)[0] * math.sqrt(variances.sum())
@@ -210,7 +214,7 @@ class Chart:
 
 
 def _turned(value: Any, coordinates: Float64Array) -> tuple[float, float, float]:
-    """Return a unit vector turned by two angles in radians; the exponential map of the sphere."""
+    """Return the unit vector `value` turned by two angles in radians: the exponential map of the sphere."""
     angle = math.hypot(*coordinates)
     if angle == 0.0:
         return value
@@ -220,7 +224,10 @@ def _turned(value: Any, coordinates: Float64Array) -> tuple[float, float, float]
 
 
 def _chart(role: Role, around: Sphere, *, in_world: bool) -> Chart | None:
-    """Return the coordinates of a field with a role; None if the field cannot vary."""
+    """Return the coordinates of a field with the role `role`; None if such a field cannot vary.
+
+    `around` is a sphere around the mesh. `in_world` is False for a light that is placed relative to the viewer.
+    """
     center, radius = np.array(around.center), around.radius
     if isinstance(role, Direction):
         return Chart(2, _turned, lambda now: [now], lambda _: (math.degrees(1.0),))
@@ -338,7 +345,7 @@ def _variation(index: int, label: str, light: Light, words: list[str], around: S
     if found.colors and "intensity" in linear and found.rest(replace(light, intensity=1.0)) is not None:
         fixed = [color for color in _COLORS if color not in found.colors and any(rgb(getattr(light, color) or 0.0))]
         remedy = f"Vary its {' and '.join(fixed)} too, or not its intensity."
-        check.refuse(name, f"{' '.join(words)!r}", "fields that can be told apart", remedy)
+        check.refuse(name, f"{' '.join(words)!r}", "the intensity with all colours, or without colours", remedy)
     if found.colors and "intensity" not in linear and not light.intensity:
         check.refuse(name, f"{' '.join(words)!r} of a light of intensity 0", "a light that shines", "Vary intensity.")
     return found

@@ -133,7 +133,7 @@ class Case:
         return Scene(lights, viewer, _MODELS[self.model])
 
     def transform(self, mesh: pv.PolyData) -> Float64Array:
-        """Return the model matrix for a mesh, shape (4, 4). It leaves the mesh's centre in its place."""
+        """Return the model matrix for a mesh, shape (4, 4). The mesh's centre stays in its place."""
         linear, middle = _LINEAR[self.matrix], np.array(mesh.center)
         matrix = np.eye(4)
         matrix[:3, :3] = linear
@@ -168,6 +168,4 @@ CASES = (
     Case("airplane", "clay", ("sun", "fading lamp", "spot", "headlight"), "two-sided VTK model", "scaled"),
     Case("airplane", "plastic", ("sun", "fading lamp", "spot", "headlight"), "two-sided standard model", "scaled"),
 )
-"""Cases that cover all kinds of lights, tiers of VTK's lighting code, frames, kinds of matrices, projections, materials
-and models.
-"""
+"""Cases that cover all kinds of lights, of VTK's shader, of frames, matrices, projections, materials and models."""

@@ -53,8 +53,8 @@ class ImageComparison:
         Shape (height, width, 3), int16: ours minus VTK's, in steps of a display.
     inside : ndarray
         Shape (height, width), bool: pixels inside the silhouette. A pixel is inside if it and its eight neighbours show
-        the surface, and the surface is nowhere nearly edge-on in them. So pixels at contours inside the outline, such
-        as those of a torus, are excluded too.
+        the surface, and the surface is not nearly edge-on there. So pixels at contours inside the outline, as on a
+        torus, are excluded too.
     """
 
     ours: Image
@@ -64,7 +64,7 @@ class ImageComparison:
 
     @property
     def max_difference(self) -> int:
-        """Largest difference of any channel inside the silhouette, in steps of 1/255."""
+        """Largest difference of any channel inside the silhouette, as a number of steps of 1/255."""
         return int(np.abs(self.difference[self.inside]).max())
 
     @property
@@ -141,7 +141,7 @@ def compare_images(
     terms = in_vtk_terms(scene, material, np.array(source.center), source.length)
     if terms.viewer != scene.viewer:
         remedy = "Use local_viewer=True and parallel=False, or a material without specular."
-        got = "highlights for a viewer at infinity, which VTK draws only from a distant viewer"
+        got = "highlights seen by a viewer at infinity"
         check.refuse("scene", got, "a scene that VTK can draw from the viewer's position", remedy)
 
     colored = shade_mesh(source, scene, material, name=_ARRAY)
@@ -162,9 +162,10 @@ def compare_images(
 def window_of_colors(
     lit: pv.PolyData, viewer: Viewer, size: tuple[int, int], matrix: Float64Array | None = None, *, name: str = _ARRAY
 ) -> pv.Plotter:
-    """Return an offscreen window that shows the colours in a mesh's point array `name` unchanged, without lighting.
+    """Return an offscreen window that shows the colours of the mesh `lit` unchanged, without lighting.
 
-    The window has the given size in pixels, and shows the mesh from the viewer, under the model matrix.
+    They are the point array `name`.
+    `size` is in pixels, and `matrix` is the mesh's model matrix.
     """
     window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
     return window
@@ -209,8 +210,8 @@ def _inside(distances: Float64Array, viewer: Viewer) -> BoolArray:
     """Return the mask of the pixels well inside the mesh's silhouette, shape (height, width).
 
     `distances` has the distance of each pixel's surface along the view axis, infinite for pixels without a surface.
-    Around a pixel of the mask, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond
-    the border of the image count as pixels without a surface.
+    At a pixel of the mask, the distance changes by less than `_STEEPEST` pixel widths per pixel. Neighbours beyond the
+    border of the image count as pixels without a surface.
     """
     padded = np.pad(distances, 1, constant_values=np.inf)
     around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3))

@@ -162,7 +162,7 @@ class VTKReport:
 
 
 def refuse_path(path: str | os.PathLike[str]) -> None:
-    """Raise ``ValueError`` unless a path ends in .md and its folder exists, so that a report can be written to it."""
+    """Raise ``ValueError`` unless a path ends in .md and its folder exists."""
     refuse_suffix(Path(path), "a report", (".md",))
     folder = Path(path).resolve().parent
     if not folder.is_dir():
@@ -172,7 +172,7 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 def vtk_report() -> VTKReport:
     """Compare a fixed list of scenes with VTK.
 
-    The list has every kind of light, tier of VTK's lighting code, frame, matrix and projection. The meshes are bundled
+    The list has every kind of light, of VTK's shader, of frame, of matrix and of projection. The meshes are bundled
     with PyVista.
 
     Returns

@@ -171,7 +171,7 @@ def validate(
 def _pose_for_vtk(
     points: FloatArray, normals: FloatArray, scene: Scene, matrix: Float64Array
 ) -> tuple[Pose, BoolArray, tuple[str, ...]]:
-    """Move the vertices to their centre, and normalize their normals, to keep VTK's float32 numbers small.
+    """Return the vertices relative to their centre, with unit normals, so that VTK's float32 numbers are small.
 
     In a two-sided scene, normals are also turned to the viewer.
 
@@ -239,7 +239,7 @@ class Vertex:
     pvphong, vtk : tuple of float
         The unclamped colours.
     tier : int
-        Tier of VTK's shader; an index into `TIERS`.
+        Number of the shader that VTK chose; an index into `TIERS`.
     """
 
     index: int
@@ -263,11 +263,11 @@ class Comparison:
     Attributes
     ----------
     tolerance : float
-        Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of several exponents: those of all spots
-        and, if the material has a highlight, its shininess. With neither spots nor a highlight, p is 0. For physically
-        based shading, which has no shininess, 6 · 2⁻²⁴ / roughness⁴ + 2e-6 replaces the term 1e-6.
+        Bound on the errors: 16 · p · 2⁻²⁴ + 1e-6. The power p is the largest of the exponents of all spot lights and,
+        if the material has a highlight, its shininess. With neither spots nor a highlight, p is 0. For physically based
+        shading, which has no shininess, 6 · 2⁻²⁴ / roughness⁴ + 2e-6 replaces the term 1e-6.
     tier : int
-        Tier of VTK's lighting code, 1 to 3; 0 if unlit.
+        Number of the shader that VTK chose, 1 to 3; 0 if unlit.
     conversions : tuple of str
         Descriptions of changes to the scene for VTK.
     driver : str

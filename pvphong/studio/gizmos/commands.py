@@ -45,7 +45,7 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def toggle_asking(gizmos: Gizmos) -> None:
-    """Let drags on meshes ask for light, or turn the view again."""
+    """Switch the drag on a mesh between two meanings: ask for light on a spot, and turn the view."""
     gizmos.asks, gizmos.spot = not gizmos.asks, None
     follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
     asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
@@ -53,9 +53,9 @@ def toggle_asking(gizmos: Gizmos) -> None:
 
 
 def select_next(gizmos: Gizmos) -> None:
-    """Select the next light; after the last light, select none.
+    """Select the next light. After the last light, select no light.
 
-    Lights without handles are included, since keys act on them too.
+    Lights without handles are included, because keys act on them too.
     """
     ring = [None, *gizmos.all]
     chosen = ring[(ring.index(gizmos.selected) + 1) % len(ring)]
@@ -94,7 +94,10 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
-    """Move the light so that its highlight is at the surface point under the cursor; see `mirrored_to_eye`."""
+    """Return the light, moved so that its highlight is at the surface point under the cursor.
+
+    If no lit mesh is under the cursor, or the highlight cannot be moved, show a notice and return None.
+    """
     light, view = gizmo.light, gizmos.view
     if light.frame == "headlight" or not comes_from_somewhere(light):
         gizmos.notice = f"{called(light)}: its highlight cannot be moved"
@@ -108,7 +111,7 @@ def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light, brighter by `step` thirds of a photographic stop; three steps double its intensity."""
+    """Return the light with its intensity changed by `step` thirds of a photographic stop. Three steps double it."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -117,7 +120,7 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Multiply a number by 2^(step/parts).
+    """Return `value` times 2^(step/parts).
 
     If `value` is a power of 2^(1/parts), up to rounding, the result is computed from the exponent, so that rounding
     errors do not accumulate.
@@ -136,7 +139,7 @@ _WARMER = 2.0**0.25
 
 
 def hue_turned(color: ColorLike, degrees: float) -> Vector:
-    """Return a colour whose hue is turned by `degrees`, from red towards yellow and green; value and saturation stay.
+    """Return a colour with its hue turned by `degrees`, from red towards yellow and green. Value and saturation stay.
 
     Grey has no hue. It becomes light red, or for negative degrees a light violet.
     """
@@ -147,7 +150,7 @@ def hue_turned(color: ColorLike, degrees: float) -> Vector:
 
 
 def warmed(color: ColorLike, steps: float) -> Vector:
-    """Return a colour of the same luminance with more red and less blue; the reverse for negative steps."""
+    """Return a colour of the same luminance with more red and less blue. Negative `steps` do the reverse."""
     tinted = np.array(rgb(color)) * (_WARMER**steps, 1.0, _WARMER**-steps)
     return vector(tinted * (luminance(color) / luminance(tinted.tolist()))) if tinted.any() else rgb(color)
 
@@ -158,19 +161,19 @@ def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with colours that are warmer by `step` steps; cooler for negative steps."""
+    """Return the light with colours that are warmer by `step` steps. Negative steps make them cooler."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 
 def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLike], Vector]) -> Light:
-    """Return the selected light with changed colours, and show the new colour in the window.
+    """Return the light with changed colours, and show the new colour in the window.
 
     Parameters
     ----------
     gizmos, gizmo
         The subplot's gizmos, and the gizmo of the light.
     what : str
-        Description of the change.
+        Word for the change, such as "warmer".
     change : callable
         Function of a colour. It is applied to all colours of the light that are set and not black.
     """
@@ -193,7 +196,10 @@ _ABOVE, _BESIDE = 0.4, 0.15
 
 
 def add(gizmos: Gizmos) -> None:
-    """Add a point light above the surface point under the cursor, where half of its intensity arrives."""
+    """Add a point light above the surface point under the cursor.
+
+    Half of the light's intensity arrives at this point.
+    """
     below = gizmos.surfaces.pick(gizmos.cursor)
     if below is None:
         gizmos.notice = "to add a light, point at a lit mesh"
@@ -204,9 +210,9 @@ def add(gizmos: Gizmos) -> None:
 
 
 def duplicate(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Duplicate the selected light, a little to its right, and select the duplicate.
+    """Add a copy of the selected light, a little to its right, and select the copy.
 
-    If the light has no position, the duplicate is turned instead, so that its light comes from further right.
+    If the light has no position, the copy is turned instead, so that its light comes from further right.
     """
     light, viewer = gizmo.light, gizmos.lights.viewer
     if light.frame == "headlight" or not comes_from_somewhere(light):
@@ -238,7 +244,7 @@ def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
 
 
 def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Switch the light on and all others off. If this is so already, switch all lights on."""
+    """Switch this light on and all others off. If they are like this already, switch all lights on."""
     chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
     others_on = gizmos.soloed is chosen
     for each in gizmos.lights.renderer_lights:
@@ -253,11 +259,11 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the named material that follows a material in the table; with `step` −1, the one that precedes it.
+    """Return the named material after `material` in the table; with `step` −1, the one before it.
 
-    For a material that is not in the table, the result is the table's first one, or with `step` −1 its last one. The
-    result keeps albedo and tangents of `material`. It also keeps the reflectance if neither the old nor the new named
-    material has one.
+    If `material` is not in the table, the result is the table's first material, or with `step` −1 its last. The result
+    keeps albedo and tangents of `material`. The result also keeps the reflectance, if neither `material` nor the new
+    named material has its own.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
@@ -277,9 +283,10 @@ def name_of(material: Material) -> str:
 
 
 def shine(material: Material, step: int) -> Material:
-    """Return the material with its shininess times √2 to the power of `step`.
+    """Return the material with its shininess multiplied by √2 to the power of `step`.
 
-    Powers of √2 stay exact, and results below 1 become 0. A material whose shininess is a map is returned unchanged.
+    Powers of √2 stay exact, and results below 1 become 0. If the shininess is a map, the material is returned
+    unchanged.
     """
     if "shininess" in material.maps:
         return material
@@ -291,7 +298,7 @@ def strengthen(material: Material, step: int) -> Material:
     """Return the material with the largest channel of its specular reflectance changed by `step` tenths.
 
     The other channels keep their proportions. The largest channel stays between 0 and 1; if it exceeds 1 already, it
-    does not grow. A material whose specular reflectance is a map is returned unchanged.
+    does not grow. If the specular reflectance is a map, the material is returned unchanged.
     """
     if "specular" in material.maps:
         return material
@@ -305,7 +312,7 @@ def strengthen(material: Material, step: int) -> Material:
 
 
 class Command(NamedTuple):
-    """A command of the keyboard: its key, or its keys if the function `act` takes a step."""
+    """A command of the keyboard. It has one key, or several keys if `act` takes a step."""
 
     keys: str
     """Names of the keys in VTK, separated by spaces."""
@@ -325,7 +332,7 @@ class Command(NamedTuple):
     """
 
     steps: tuple[int, ...] = ()
-    """The `step` argument for each of the keys, if `act` takes one."""
+    """For each of the keys, the step that is passed to `act`; empty if `act` takes none."""
 
 
 _BACK_ON = (-1, 1)
@@ -378,9 +385,9 @@ OURS = frozenset({*_OF_KEYS, *ENTER})
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Run the command of a key, pvphong's or the user's; return False if the key has none.
+    """Run the command of a key, which is pvphong's or the user's. Return False if the key has no command.
 
-    With `control`, that is, if the control key is down, only z and y have a command.
+    `control` is true if the control key is down. Then, only z and y have a command.
     """
     if control and key not in ("z", "y"):
         return False
@@ -410,14 +417,17 @@ def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
 
 
 def change_light(gizmos: Gizmos, gizmo: Gizmo, act: Callable[[Gizmos, Gizmo], Light | None]) -> None:
-    """Call `act` with the gizmos and a gizmo. If the result is a light, set the gizmo's light to it."""
+    """Call `act` with the gizmos and the gizmo. If `act` returns a light, set the gizmo's light to it."""
     changed = act(gizmos, gizmo)
     if changed is not None:
         gizmo.renderer_light.set(changed, gizmos.lights.viewer)
 
 
 def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> None:
-    """Apply a function to the material of the mesh under the cursor, or else of all meshes, and show the result."""
+    """Apply `change` to the material of the mesh under the cursor, or of all meshes if no mesh is there.
+
+    Show the result.
+    """
     pointed = gizmos.surfaces.mesh(gizmos.cursor)
     materials = list(gizmos.lit.state) if pointed is None else [pointed.shared_material]
     for shared in materials:
@@ -433,7 +443,7 @@ def _change_material(gizmos: Gizmos, change: Callable[[Material], Material]) -> 
 
 
 def help_entries(more: Keys) -> list[tuple[str, str]]:
-    """Return pairs of common name and description, for all keys and mouse actions; `more` are the user's keys."""
+    """Return a common name and a description for all keys and mouse actions; `more` are the user's keys."""
     ours = [(" ".join(_SHORT.get(key, key) for key in command.keys.split()), command.what) for command in COMMANDS]
     return [*ours, *_TYPING.items(), *((key, what) for key, (what, _) in more.items()), *_MOUSE.items()]
 

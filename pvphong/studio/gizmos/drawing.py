@@ -36,9 +36,9 @@ _NEAR = 1e-3
 
 
 def hue(light: Light) -> Vector:
-    """Return the colour in which a light is drawn: the light's colour, scaled so that its largest channel is 1.
+    """Return the colour with which a light is drawn: its own colour, scaled so that the largest channel is 1.
 
-    The colour is dimmed if the light is off.
+    The colour is darker if the light is off.
     """
     color = np.array(rgb(light.diffuse))
     full = color / color.max() if color.any() else np.full(3, 0.6)
@@ -47,7 +47,10 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a circle around a centre and a unit normal, as a closed polygon of shape (count + 1, 3)."""
+    """Return a circle around `center` as a closed polygon of `count` segments, shape (count + 1, 3).
+
+    `normal` is the unit normal of the circle's plane, and `radius` is in world units.
+    """
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, count + 1)[:, None]
@@ -66,21 +69,21 @@ class Drawing:
     view : View
         The subplot; see `View.in_usual_pixels`.
     color, edge : tuple of float
-        Colour of the elements that are added next, and colour of the edges of areas.
+        Colour of the elements that are added next, and colour of the edges around areas.
     """
 
     view: View
     color: Vector = (1.0, 1.0, 1.0)
     edge: Vector = DARK_EDGE
     areas: list[tuple[Float64Array, ByteArray]] = field(default_factory=list)
-    """Convex polygons, each of shape (k, 2), and their colours, RGBA."""
+    """Convex polygons, each of shape (k, 2), and the colour of each, RGBA."""
     labels: list[tuple[Float64Array, str]] = field(default_factory=list)
     """Short texts, each with its lower left corner in pixels."""
     _lines: list[tuple[Float64Array, ByteArray, bool]] = field(default_factory=list)
 
     @property
     def lines(self) -> tuple[Float64Array, ByteArray]:
-        """Segments in pixels, shape (n, 2 ends, 2), and their colours, RGBA, shape (n, 4)."""
+        """Segments in pixels, shape (n, 2 ends, 2), and the colour of each, RGBA, shape (n, 4)."""
         segments = [np.empty((0, 2, 2)), *(segments for segments, _, _ in self._lines)]
         colors = [np.tile(color, (len(segments), 1)) for segments, color, _ in self._lines]
         return np.concatenate(segments), np.concatenate([np.empty((0, 4), np.uint8), *colors])
@@ -110,9 +113,10 @@ class Drawing:
         self._add_lines(self.view.project(segments), strength)
 
     def arrowhead(self, point: Float64Array, along: Float64Array, strength: float) -> None:
-        """Add the head of an arrow that points along the world direction `along`, with its tip at the world point.
+        """Add the head of an arrow, with its tip at the world point `point`.
 
-        `strength`, from 0 to 1, is its brightness. Its size on the screen is constant.
+        The arrow points along the world direction `along`. `strength`, from 0 to 1, is the head's brightness. The
+        head's size on the screen is constant.
         """
         if not self.view.is_ahead(point):
             return
@@ -141,7 +145,7 @@ class Drawing:
             self._area(self.view.project(point) + 14.0 * bar, _WHITE, DARK_EDGE, 2.1)
 
     def arrow_out_of_sight(self, point: Float64Array) -> None:
-        """Add an arrow at the edge of the subplot towards a world point, if the point is out of sight."""
+        """Add an arrow at the edge of the subplot that points to the world point; nothing if the point is visible."""
         found = self.view.edge_towards(point, _ARROW_MARGIN)
         if found is None:
             return
@@ -152,7 +156,10 @@ class Drawing:
         self._area(arrow, self.color, self.edge, 2.8)
 
     def icon(self, point: Float64Array, shape: str, along: Float64Array | None = None) -> None:
-        """Add an icon at a world point: a "sun", a "bulb", or a "lamp" that shines along a world direction, `along`."""
+        """Add an icon at a world point. `shape` is "sun", "bulb" or "lamp".
+
+        `along` is the world direction in which a lamp shines.
+        """
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -171,7 +178,7 @@ class Drawing:
             self._add_lines(middle + np.stack([9.0 * rays, 14.0 * rays], axis=1), 1.0)
 
     def handle(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a dot for a handle at a world point; larger and with a white ring if hovered."""
+        """Add a dot at the world point of a handle. If hovered, the dot is larger and has a white ring."""
         if not self.view.is_ahead(point):
             return
         middle = self.view.project(point)
@@ -180,7 +187,7 @@ class Drawing:
         self._area(middle + (6.0 if hovered else 5.0) * _CIRCLE[:-1], self.color, self.edge)
 
     def ring(self, point: Float64Array, *, hovered: bool = False) -> None:
-        """Add a ring for a handle around a world point; with a second, white ring if hovered.
+        """Add a ring around the world point of a handle. If hovered, add a second, white ring.
 
         Unlike a dot, a ring does not cover what is inside.
         """
@@ -190,9 +197,9 @@ class Drawing:
             self._add_lines(self.view.project(point) + radius * _CHORDS, 1.0, color)
 
     def _on_screen(self, point: Float64Array, along: Float64Array) -> Float64Array:
-        """Return the unit vector, in pixels, that shows the world direction `along` at a world point.
+        """Return the unit vector on the screen of the world direction `along`, at the world point `point`.
 
-        The result is downwards if the world direction points at the eye.
+        If the direction points at the eye, the result is downwards.
         """
         step = 20.0 * self.view.unit_per_pixel(point)
         motion = self.view.project(point + step * along) - self.view.project(point)
@@ -200,19 +207,19 @@ class Drawing:
         return motion / length if length > 1.0 else np.array([0.0, -1.0])
 
     def _area(self, corners: Float64Array, color: Vector, edge: Vector, wide: float = 1.5) -> None:
-        """Add a convex polygon, given by its corners in pixels, shape (k, 2).
+        """Add a convex polygon with its corners in pixels, shape (k, 2).
 
-        `color` fills the polygon. An edge of the colour `edge` extends `wide` pixels beyond the corners.
+        `color` fills the polygon. An edge with the colour `edge` extends `wide` pixels beyond the corners.
         """
         away = corners - corners.mean(axis=0)
         grown = corners + wide * away / np.linalg.norm(away, axis=1, keepdims=True)
         self.areas += [(grown, _bytes(edge)), (corners, _bytes(color))]
 
     def _add_lines(self, segments: Float64Array, strength: float, color: Vector | None = None) -> None:
-        """Add segments in pixels, shape (n, 2, 2), in `color`, or by default in the drawing's colour.
+        """Add segments in pixels, shape (n, 2 ends, 2). The default `color` is the drawing's colour.
 
-        `strength`, from 0 to 1, is their brightness. Weak lines are dark and thin instead of transparent, to be visible
-        on any background.
+        `strength`, from 0 to 1, is their brightness. Weak lines are dark and thin, not transparent, so that they are
+        visible on any background.
         """
         red, green, blue = (0.5 + 0.5 * strength) * np.array(self.color if color is None else color)
         self._lines.append((segments, _bytes((red, green, blue)), strength < _THICK_FROM))
@@ -235,9 +242,9 @@ _LETTER = (7.5, 18.0)  # largest size of a character in other texts, in pixels
 
 
 class Overlay:
-    """What VTK draws over the picture: lines with dark edges, areas above them, and texts.
+    """VTK's actors over the picture: lines with dark edges, areas above them, and texts.
 
-    These elements are not lit, cannot be picked, and do not count for the scene's bounds.
+    The actors are not lit, cannot be picked, and do not count towards the scene's bounds.
     """
 
     def __init__(self) -> None:
@@ -313,7 +320,7 @@ class Overlay:
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text next to the cursor, on the side where there is room; an empty text shows nothing.
+        """Show a text next to the cursor, on the side with more room. An empty text shows nothing.
 
         `cursor` is a position in pixels, and `size` the size of the subplot in pixels.
         """
@@ -334,8 +341,8 @@ class Overlay:
     def help(self, text: str, size: tuple[float, float]) -> bool:
         """Show a text in the upper left corner of a subplot of `size` pixels; an empty text shows nothing.
 
-        Return True if the text fits at its normal size. Otherwise the text is shrunk to fit, and there is no room for
-        other texts.
+        Return True if the text fits at its normal size. Otherwise the text is made smaller to fit, and other texts have
+        no room.
         """
         lines = text.split("\n")
         room = np.array(size) - 2.0 * _MARGIN
@@ -375,7 +382,7 @@ def _text(size: int = _NORMAL) -> Any:
 
 
 def _fill(data: vtkPolyData, points: Float64Array, sizes: Any, colors: ByteArray, set_cells: Any) -> None:
-    """Replace the points and cells of a mesh in pixels.
+    """Replace the points and cells of a mesh whose coordinates are pixels.
 
     Parameters
     ----------

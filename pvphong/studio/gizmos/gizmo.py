@@ -26,7 +26,7 @@ HIGHLIGHT = "highlight"
 
 _HINT = "h: keys"
 SPOT_SIZE = 0.15
-"""Radius of a spot that is asked for, as a fraction of the scene's size, until the user changes it."""
+"""Initial radius of a spot for which a drag asks for light, as a fraction of the scene's size."""
 
 Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 """Key → help text and function; the window shows the text that the function returns."""
@@ -43,7 +43,7 @@ class Options:
 
 
 def called(light: Light) -> str:
-    """Return what texts call a light: its name, or the name of its class if it has none."""
+    """Return the name of a light in texts: its own name, or the name of its class if it has none."""
     return light.name or type(light).__name__
 
 
@@ -60,7 +60,7 @@ class Gizmo(Handle):
 
     renderer_light: RendererLight
     first: Light
-    """The light's value when the light first got a gizmo in this subplot."""
+    """The light as it was when it first got a gizmo in this subplot."""
     is_selected: bool
 
     def __init__(self, renderer_light: RendererLight, gizmos: Gizmos) -> None:
@@ -81,12 +81,12 @@ class Gizmo(Handle):
 
     @property
     def light(self) -> Light:
-        """The light's current value, in its own frame."""
+        """The light's current value, in the coordinates that its `frame` names."""
         return self.renderer_light.light(self._gizmos.lights.viewer)
 
     @property
     def handles(self) -> dict[str, Vector]:
-        """Name of each handle → its world position.
+        """World position of each handle, by the handle's name.
 
         A directional light has the handles "target" and, at its icon, "origin". A point light has "position", and
         "radius" if it has attenuation. A spot light has "position", "target" and "cone". An environment has "rotation".
@@ -106,19 +106,19 @@ class Gizmo(Handle):
         return None if found is None else found.point
 
     def surface_highlight(self, view: View) -> SurfacePoint | None:
-        """Return the point of the lit meshes at which a view shows the light's highlight; None without a highlight."""
+        """Return the surface point at which the light's highlight is seen in a view; None without a highlight."""
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
-        """Return the light in world coordinates, with the scene around it, as the view's viewer sees it.
+        """Return the light in world coordinates, with the scene around it.
 
-        A headlight keeps the frame "headlight". The icon of a light without a position is in front of the scene, or
-        where a drag has left it.
+        A headlight keeps the frame "headlight". If the light has no position, its icon is in front of the scene, or at
+        the place to which it was dragged.
 
         Parameters
         ----------
         view : View
-            The subplot.
+            The subplot's view.
         grabbed : str
             Name of the handle with which a drag begins; "" for none. If the drag turns a light without a position,
             `LightInScene.held` chooses the light's pivot. The pivot is kept until the scene changes.
@@ -193,7 +193,7 @@ class Gizmos:
 
     @property
     def all(self) -> tuple[Gizmo, ...]:
-        """A gizmo for each current light or, if `only` is given, for those lights."""
+        """Gizmos of all current lights; with `only`, gizmos of these lights."""
         present = [each for each in self.lights.renderer_lights if self._only is None or each in self._only]
         known = {gizmo.renderer_light: gizmo for gizmo in self._all}
         self._all = [known.get(each) or Gizmo(each, self) for each in present]
@@ -205,7 +205,7 @@ class Gizmos:
         return next((gizmo for gizmo in self._all if gizmo.is_selected), None)
 
     def select(self, chosen: Gizmo | None) -> None:
-        """Select a gizmo; None selects none."""
+        """Select a gizmo; None deselects all."""
         for gizmo in self._all:
             gizmo.is_selected = gizmo is chosen
 
@@ -214,14 +214,14 @@ class Gizmos:
         self.select(self.of(self.lights.add(light)))
 
     def of(self, renderer_light: RendererLight) -> Gizmo:
-        """Return the gizmo of a light; it is created if there is none yet."""
+        """Return the gizmo of a light. If there is none yet, create it."""
         if self._only is not None and renderer_light not in self._only:
             self._only.append(renderer_light)
         return next(gizmo for gizmo in self.all if gizmo.renderer_light is renderer_light)
 
     @property
     def soloed(self) -> RendererLight | None:
-        """The light that is on while all others are off; None if there is no such light, or only one light."""
+        """The only light that is on; None if several lights or no lights are on, or there is only one light."""
         viewer, present = self.lights.viewer, self.lights.renderer_lights
         shining = [each for each in present if each.light(viewer).on]
         return shining[0] if len(shining) == 1 < len(present) else None
@@ -238,8 +238,9 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Extent of the drawn objects without a stage, used to place icons. If nothing is drawn, extent of the camera's
-        view.
+        """Bounds of the drawn objects without a stage, used to place icons.
+
+        If nothing is drawn, bounds of the camera's view.
         """
         with self.lit.without_bounds_of_stage():
             bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
@@ -289,9 +290,9 @@ class Gizmos:
         Parameters
         ----------
         view : View
-            The subplot.
+            The subplot's view.
         highlights : mapping
-            Visible gizmo → the position of its highlight, or None.
+            Visible gizmo → world position of its highlight, or None.
         active : tuple of Gizmo and str, optional
             The handle that is hovered or edited.
         readout : str

@@ -1,4 +1,4 @@
-"""Handles of lights: one class for each role of a light's field.
+"""Handles of lights: one class for each role of a light's field, such as a position or an aim.
 
 A handle class defines the handle's position, the effect of a drag, the values that can be typed, the drawing of the
 field and its readout. `LightInScene` combines a light in world coordinates with the scene around it: it places the
@@ -50,7 +50,7 @@ _RELUCTANCE = 0.02
 
 
 def is_movable(light: Light) -> bool:
-    """Return True if the light can be moved by hand. A headlight and a uniform light from all around cannot."""
+    """Return True if the light can be moved by hand; False for a headlight and a uniform light from all around."""
     return light.frame != "headlight" and (comes_from_somewhere(light) or bool(light.values(Turn)))
 
 
@@ -60,7 +60,7 @@ def comes_from_somewhere(light: Light) -> bool:
 
 
 def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
-    """Return name → value, for the fields of a light whose role is an instance of `kind`."""
+    """Return the fields of a light whose role is an instance of `kind`, as name → value."""
     return {field: getattr(light, field) for field, role in light.roles.items() if isinstance(role, kind)}
 
 
@@ -98,7 +98,7 @@ class LightInScene:
         return found | {INTENSITY: Handle(self, INTENSITY, INTENSITY)}
 
     def points(self, view: View) -> dict[str, Float64Array]:
-        """Return name → world position of the visible handles."""
+        """Return the world position of each visible handle, by the handle's name."""
         return {name: point for name, each in self.handles.items() if (point := each.point(view)) is not None}
 
     @cached_property
@@ -112,14 +112,15 @@ class LightInScene:
 
     @cached_property
     def along(self) -> Float64Array | None:
-        """Unit vector in the direction of the light's first aim; None if the light has no aim."""
+        """Unit vector in which the light shines (its first aim); None if the light has no aim."""
         return next((np.array(unit_vector(direction)) for direction in self.light.values(Aim)), None)
 
     def reach(self, direction: Any) -> float:
-        """Return the distance from the light's icon to the drawn target of an aim, a vector `direction`.
+        """Return the distance from the light's icon to the target of an aim.
 
-        For a light with a position, this is the length of `direction`, or about the distance to the scene's centre if
-        this length is too short or too long. For any other light, it is a fixed fraction of the scene's size.
+        `direction` is the vector in the aim's field. For a light with a position, this is the length of `direction`, or
+        about the distance to the scene's centre if this length is too short or too long. For any other light, it is a
+        fixed fraction of the scene's size.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -130,24 +131,24 @@ class LightInScene:
         return max(float(np.linalg.norm(self.scenery.center - self.origin)), 0.5 * size)
 
     def target(self, direction: Any) -> Float64Array:
-        """Return the world position at which the target of an aim, a vector `direction`, is drawn."""
+        """Return the world position of an aim's target. `direction` is the vector in the aim's field."""
         return self.origin + self.reach(direction) * np.array(unit_vector(direction))
 
     @property
     def front(self) -> Float64Array:
-        """World position that marks the front of a light that can be turned, on a circle around the scene's centre."""
+        """World position of the mark for the front of a light that turns, on a circle around the scene's centre."""
         light: Any = self.light
         return np.asarray(self.scenery.center + STANDS_OFF * self.scenery.size * light.axes[0])
 
     @property
     def normal(self) -> Float64Array:
-        """Unit normal of a flat light's front, around which its outline runs counter-clockwise."""
+        """Unit normal of a flat light's front. Seen from the front, the outline runs counter-clockwise."""
         outline: Any = self.light.outline
         offsets = outline - outline[0]
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for a drag of the handle with this name, with the pivot of the light as its anchor.
+        """Return the scenery for a drag of the handle `handle`. Its anchor is the point around which the light turns.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
         turns around a point in front of the icon, at first the scene's centre.
@@ -162,9 +163,10 @@ class LightInScene:
     # -- drawing
 
     def draw(self, drawing: Drawing, selected: bool, active: str | None = None) -> None:
-        """Add the light to a drawing; if selected, with its full shape. `active` is the name of the handle in use.
+        """Add the light to a drawing. If it is selected, add its full shape.
 
-        The shape includes curves of intensities; that of an area light its normal, and hatching on a side that emits.
+        The shape includes the curves of its intensities. For an area light, it includes the normal, and hatching if the
+        visible side emits. `active` is the name of the handle in use.
         """
         light, outline = self.light, self.light.outline
         if not is_movable(light):
@@ -205,9 +207,9 @@ class LightInScene:
     def draw_circles(
         self, drawing: Drawing, radius: float, strength: float, normals: Float64Array | None = None
     ) -> None:
-        """Add circles of a radius around the icon. Circles much larger than the scene are left out.
+        """Add circles with the given radius around the icon. Circles much larger than the scene are left out.
 
-        `strength`, from 0 to 1, is the circles' brightness. `normals` are their unit normals, shape (n, 3); by default,
+        `strength`, from 0 to 1, is the circles' brightness. `normals` are their unit normals, shape (n, 3). By default,
         three circles show a sphere.
         """
         for normal in np.eye(3) if normals is None else normals:
@@ -217,7 +219,7 @@ class LightInScene:
     # -- readout
 
     def readout(self, handle: str) -> str:
-        """Return the text that is shown while a handle is dragged: the light's numbers, and the light that arrives."""
+        """Return the text that is shown while `handle` is dragged: the light's numbers, and how much light arrives."""
         said = {each.field: each.said for name, each in self.handles.items() if name != ORIGIN or handle == ORIGIN}
         lines = [f"{self.light.name}: {handle}" if self.light.name else handle]
         lines += [line for line, _ in said.values()]
@@ -226,9 +228,9 @@ class LightInScene:
 
     @property
     def arriving(self) -> str:
-        """Text for the light that arrives at the target, or else at the scene's centre.
+        """Text that tells how much light arrives at the target, or at the scene's centre for a light without a target.
 
-        It is given as a multiple of the light's colour, and as luminance.
+        The amount is given as a multiple of the light's colour, and as a luminance.
         """
         light, where, point = self.light, "at the scene's centre", np.array(self.scenery.center)
         if light.is_uniform:
@@ -242,7 +244,7 @@ class LightInScene:
 class Handle:
     """Handle of one field of a light in a window. `dragged` and `typed` return the changed light, in world coordinates.
 
-    This base class is for a number that can only be typed; it has no position in the window.
+    This base class is for a number that can only be typed. Its handle has no position in the window.
 
     Parameters
     ----------
@@ -255,7 +257,7 @@ class Handle:
     """
 
     _number_format = ""
-    """Format of `name` and `value` in the line of sizes and angles of the readout; "" to leave them out."""
+    """Format of the handle's part of the readout, with `name` and `value`; "" for no part."""
 
     def __init__(self, shown: LightInScene, field: str, name: str) -> None:
         self.shown, self.field, self.name = shown, field, name
@@ -268,27 +270,31 @@ class Handle:
         return None
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the changed light, for a drag that began at `start` and has moved the cursor to `cursor`."""
+        """Return the changed light for a drag from `start`, where the handle was grabbed, to the present `cursor`."""
         raise NotImplementedError
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The numbers that can be typed, as label → current number, in the order of typing."""
+        """The numbers that can be typed, in the order of typing: label → current number."""
         return {self.name: self.value}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light with typed numbers, given as label → number; raise ``ValueError`` if one is not allowed."""
+        """Return the light with the typed numbers (label → number). Raise ``ValueError`` if a number is not allowed."""
         return self.with_value(numbers[self.name])
 
     is_always_shown: ClassVar[bool] = True
-    """True if a selected light shows the field's shape; False if it is shown only for a hovered or used handle."""
+    """True to draw the field's shape for every selected light; False to draw it only while the handle is hovered or
+    used."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the shape of the field to a drawing; more of it if the light is selected."""
+        """Add the shape of the field to a drawing. If the light is selected, add more of the shape."""
 
     @property
     def said(self) -> tuple[str, str]:
-        """Readout: a line for a position or direction, and an entry for the line of sizes and angles; "" for none."""
+        """The handle's two parts of the readout; "" for no part.
+
+        The first is a line for a position or direction. The second is an entry in the line of sizes and angles.
+        """
         return "", self._number_format.format(name=self.name, value=self.value)
 
     def with_value(self, value: Any) -> Light:
@@ -297,7 +303,7 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """Handle of a position, or of the centre of corners. All corners move with it. A moved light keeps its target."""
+    """Handle of a position, or of the centre of corners, which all move with it. The light keeps its target."""
 
     @property
     def middle(self) -> Float64Array:
@@ -307,7 +313,7 @@ class PlaceHandle(Handle):
     def typed(self, numbers: dict[str, float]) -> Light:
         """Return the light moved to the typed coordinates, and still aimed at its target.
 
-        If the coordinates are those of the target, the light is returned unchanged.
+        If the typed coordinates are those of the target, the light is returned unchanged.
         """
         point = np.array(list(numbers.values()))
         offset = point - self.middle
@@ -329,7 +335,7 @@ class PlaceHandle(Handle):
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light moved with the cursor; snapping rounds the coordinates that change to the grid."""
+        """Return the light moved with the cursor. A snapping cursor rounds the changed coordinates to the grid."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -343,27 +349,27 @@ class PlaceHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """A line with the coordinates of the centre, and no entry for sizes and angles."""
+        """A line with the coordinates of the centre, and "" for sizes and angles."""
         return f"{self.name} {_tuple_of(self.middle)}", ""
 
 
 class AimHandle(Handle):
-    """Handle of an aim, at the target.
+    """Handle of an aim, the direction in which a light shines. The handle is at the target.
 
-    A light without a position has a second such handle at its icon, and its aim is typed as angles.
+    A light without a position has a second such handle at its icon. Its aim is typed as angles.
     """
 
     @property
     def _sign(self) -> float:
-        """1 for the handle at the target; −1 for the one at the icon, which shows where the light comes from."""
+        """1 for the handle at the target, −1 for the handle at the icon, from where the light comes."""
         return -1.0 if self.name == ORIGIN else 1.0
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the world position of the target; for the handle at the icon, that of the icon."""
+        """Return the world position of the target, or of the icon for the handle at the icon."""
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light aimed by the handle's new position; snapping rounds its azimuth and elevation."""
+        """Return the light, turned to follow the handle. A snapping cursor rounds azimuth and elevation."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
@@ -377,16 +383,16 @@ class AimHandle(Handle):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Coordinates of the target; for a light without a position, azimuth and elevation of its direction.
+        """Coordinates of the target. For a light without a position, azimuth and elevation of its direction.
 
-        For the handle at the icon, the direction is that from which the light comes.
+        The handle at the icon has the angles of the opposite direction, from which the light comes.
         """
         if self.light.values(Place):
             return dict(zip("xyz", vector(self.shown.target(self.value)), strict=True))
         return dict(zip(("azimuth", "elevation"), _angles_of(self._sign * np.array(self.value)), strict=True))
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light aimed at the typed coordinates, or along the typed angles; a direction keeps its length.
+        """Return the light aimed at the typed coordinates, or along the typed angles. The direction's length stays.
 
         A light that is itself at the coordinates is returned unchanged.
         """
@@ -413,7 +419,7 @@ class AimHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """Target and its distance; for a light without a position, direction and angles."""
+        """Texts for the target and its distance, or for direction and angles of a light without a position."""
         if self.light.values(Place):
             target = self.shown.target(self.value)
             return f"{self.name} {_tuple_of(target)}", f"distance {self.shown.reach(self.value):.4g}"
@@ -423,26 +429,26 @@ class AimHandle(Handle):
 
 
 class AngleHandle(Handle):
-    """Handle of an angle to the aim, such as that of a cone.
+    """Handle of an angle from the aim, such as the half-angle of a cone.
 
-    The handle is on the cone's rim, at the target's distance, on the side that is seen best.
+    The handle is on the cone's rim at the target's distance, on the side that the viewer sees best.
     """
 
     _number_format = "{name} {value:.1f}°"
 
     def _edge(self, degrees: Any, view: View) -> Float64Array:
-        """Return points at angles of `degrees` to the aim, at the target's distance, on the side that is seen best."""
+        """Return the points at angles of `degrees` from the aim, at the target's distance, on the side seen best."""
         middle, along, turn = self.shown.origin, self.shown.along, np.radians(degrees)[..., None]
         assert along is not None
         far, side = self.shown.reach(self.light.values(Aim)[0]), view.across(along, middle)
         return middle + far * (np.cos(turn) * along + np.sin(turn) * side)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the world point on the cone's rim at which the handle is; None for a light without an aim."""
+        """Return the world position of the handle on the cone's rim; None for a light without an aim."""
         return None if self.shown.along is None else self._edge(self.value, view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose cone's rim is nearest to the cursor on the screen; snapping rounds the angle."""
+        """Return the light with the angle whose rim is nearest to the cursor. A snapping cursor rounds the angle."""
         least, most = self.role.least + _MARGIN, self.role.most - _MARGIN
         tried = np.linspace(least, most, 81)
         best = nearest(start, cursor, lambda degrees: self._edge(degrees, start.view), tried)
@@ -453,7 +459,10 @@ class AngleHandle(Handle):
         return self.with_value(min(max(best, least), most))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the rim at the target's distance; if selected, also lines to the rim and the circle of half intensity."""
+        """Add the cone's rim at the target's distance.
+
+        If selected, add lines to it and the circle of half intensity.
+        """
         along, start = self.shown.along, self.shown.origin
         if along is None:
             return
@@ -475,31 +484,31 @@ class AngleHandle(Handle):
 
 
 class WidthHandle(Handle):
-    """Apparent diameter of a light without a position. It can only be typed: the icon hides the rim of a small one."""
+    """Apparent diameter of a light without a position. It can only be typed: the icon would hide a small rim."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the rim around the icon, as large as the light looks from the target."""
+        """Add a circle around the icon, as large as the light looks from the target."""
         if self.shown.along is not None and self.value:
             size = self.shown.reach(self.light.values(Aim)[0]) * math.tan(math.radians(0.5 * self.value))
             drawing.line(circle(self.shown.origin, self.shown.along, size), 1.0 if selected else 0.3)
 
     @property
     def said(self) -> tuple[str, str]:
-        """The diameter, if the light has one."""
+        """No text for a position or direction, and a text with the diameter if it is not 0."""
         return "", f"{self.name} {self.value:.4g}°" if self.value else ""
 
 
 class LengthHandle(Handle):
-    """Handle of a size.
+    """Handle of a size, such as a radius or width.
 
     Its distance from the light's centre is the fraction `role.share` of the size. It is to the right of the centre or
-    above it, and in the light's plane if the light has one.
+    above it. If the light is flat, the handle is in the light's plane.
     """
 
     _number_format = "{name} {value:.4g}"
 
     def _side(self, view: View) -> Float64Array:
-        """Return the unit vector from the light's centre to the handle, in the light's plane if the light has one."""
+        """Return the unit vector from the light's centre to the handle, in the light's plane if the light is flat."""
         light: Any = self.light
         shown = view.viewer.axes[self.role.axis]
         if light.values(Up):
@@ -511,19 +520,19 @@ class LengthHandle(Handle):
         return np.asarray(side if side @ shown >= 0.0 else -side)
 
     def point(self, view: View) -> Float64Array:
-        """Return the world position of the handle, at the fraction `role.share` of the size from the centre."""
+        """Return the world position of the handle."""
         return self.shown.origin + self.role.share * self.value * self._side(view)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose size puts the handle under the cursor.
+        """Return the light with the size that puts the handle under the cursor.
 
-        If the light has an up vector, the handle moves only along the light's axis `role.axis`.
+        If the light has an up vector, the handle moves only along the light's axis number `role.axis`.
         """
         distance = _distance(self, start, cursor, self._side(start.view) if self.light.values(Up) else None)
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """For a light without an outline, add a circle through the handle; if selected, also a sphere."""
+        """Add a circle through the handle, and if selected a sphere. A light with an outline gets neither."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
@@ -545,11 +554,11 @@ class FalloffHandle(Handle):
         return None if self.light.values(Aim) else distance_of(0.5, self.value)
 
     def point(self, view: View) -> Float64Array | None:
-        """Return the point to the right of the light where half of it remains; None if there is no such distance."""
+        """Return the world point to the right of the light where half of it remains; None if there is no such point."""
         return None if self._half is None else self.shown.origin + self._half * view.viewer.axes[0]
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light whose falloff leaves half of the light at the cursor's distance."""
+        """Return the light with the falloff that leaves half of the light at the cursor's distance."""
         distance = _distance(self, start, cursor)
         return self.light if distance is None else self.typed({"half left at": distance})
 
@@ -559,7 +568,7 @@ class FalloffHandle(Handle):
         return {"half left at": self._half or math.inf}
 
     def typed(self, numbers: dict[str, float]) -> Light:
-        """Return the light whose falloff leaves half of the light at the typed distance.
+        """Return the light with the falloff that leaves half of the light at the typed distance.
 
         The linear and quadratic coefficients are scaled. A light without such a distance is returned unchanged.
         """
@@ -570,7 +579,7 @@ class FalloffHandle(Handle):
         return self.with_value((constant, linear * shrink, quadratic * shrink * shrink))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """If the light is selected, add spheres at the distances at which 1/2 and 1/256 of its intensity remain."""
+        """Add spheres at the distances where 1/2 and 1/256 of the intensity remain, if the light is selected."""
         for fraction, strength, label in _LEFT if selected and not self.light.values(Aim) else ():
             radius = distance_of(fraction, self.value)
             if radius is not None and radius < _LARGEST * self.scenery.size:
@@ -579,21 +588,21 @@ class FalloffHandle(Handle):
 
     @property
     def said(self) -> tuple[str, str]:
-        """A line with the falloff's coefficients, and no entry for sizes and angles."""
+        """A line with the falloff's coefficients, and "" for sizes and angles."""
         return "" if self.light.values(Aim) else f"{self.field} {_tuple_of(self.value)}", ""
 
 
 class TurnHandle(Handle):
-    """Handle of a turn around the up axis, at the light's front, on a circle around the scene's centre."""
+    """Handle of a turn around the up axis, at a mark for the light's front on a circle around the scene's centre."""
 
     _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the world position of the light's front, on a circle around the scene's centre."""
+        """Return the world position of the mark for the light's front."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light turned so that its front is nearest to the cursor; snapping rounds the angle."""
+        """Return the light, turned so that its front is nearest to the cursor. A snapping cursor rounds the angle."""
         light: Any = self.light
         middle, (ahead, right, _) = np.array(self.scenery.center), light.axes
         far = float(np.linalg.norm(start.point - middle))
@@ -611,7 +620,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the circle on which the front moves; if selected, also the front and the up axis."""
+        """Add the circle on which the mark of the front moves; if selected, also the mark and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -635,10 +644,10 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
 
 
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
-    """Return the distance from the light to the point to which the cursor has moved a handle, > 0.
+    """Return the distance, > 0, between the light and a handle that is dragged from `start` to the cursor.
 
-    The distance is measured along the axis `along`, or by default parallel to the picture. A cursor that snaps rounds
-    it to the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.
+    It is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor rounds it to
+    the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():
@@ -653,13 +662,13 @@ def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Ar
 
 
 def _angles_of(direction: Any) -> tuple[float, float]:
-    """Return azimuth and elevation of a direction in degrees: about z, from x to y, and above the xy plane."""
+    """Return a direction's azimuth (about z, from x to y) and elevation (above the xy plane), in degrees."""
     x, y, z = unit_vector(direction)
     return math.degrees(math.atan2(y, x)), math.degrees(math.asin(max(-1.0, min(1.0, z))))
 
 
 def _direction_of(azimuth: float, elevation: float) -> Float64Array:
-    """Return the unit vector with an azimuth and an elevation in degrees; exact along the axes."""
+    """Return the unit vector with an azimuth and an elevation in degrees, exact for multiples of 90°."""
     around, up = math.radians(azimuth), math.radians(elevation)
     parts = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)])
     return np.where(np.abs(parts) < 1e-15, 0.0, parts)

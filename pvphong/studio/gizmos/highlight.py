@@ -1,6 +1,4 @@
-"""Highlight dragging: finds a light's highlight and the surface under the cursor, and moves the light to bring the
-highlight there.
-"""
+"""Highlight dragging: find a light's highlight, and move the light so that the highlight is under the cursor."""
 
 from __future__ import annotations
 
@@ -27,14 +25,14 @@ _ASKED = 20_000
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A point of a surface, and the surface's unit normal at this point, turned to the eye."""
+    """A point of a surface, and the surface's unit normal there, on the side of the eye."""
 
     point: Vector
     normal: Vector
 
 
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
-    """Return the point at which a light's highlight is seen on meshes, in world coordinates; None if there is none.
+    """Return the surface point at which the viewer sees a light's highlight; None if there is no highlight.
 
     Only meshes whose material has a highlight count. A mesh that cannot be lit is drawn without points and has no
     highlight.
@@ -63,7 +61,7 @@ def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> Surfa
 def brightest(
     light: Light, view: View, points: Float64Array, normals: Float64Array
 ) -> tuple[float, SurfacePoint] | None:
-    """Return the point of a surface that mirrors the light most nearly towards the eye.
+    """Return the surface point from which the mirror direction of the light is nearest to the eye.
 
     Parameters
     ----------
@@ -77,8 +75,8 @@ def brightest(
     Returns
     -------
     tuple of float and SurfacePoint, or None
-        The cosine between the mirror direction and the direction to the eye, r·v, and the point; None if
-        the light reaches nothing that faces the eye.
+        The cosine between mirror direction and direction to the eye, r·v, and the point. None if the light reaches no
+        point that faces the eye.
     """
     arrival = light.arrival(points.T)
     to_eye = view.towards_eye(points).T
@@ -92,7 +90,7 @@ def brightest(
 
 
 def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: SurfacePoint) -> Light:
-    """Return a light, moved so that the viewer sees its highlight at a target.
+    """Return the light, moved so that the viewer sees its highlight at the surface point `target`.
 
     With the unit normal n and the unit vector v to the eye, light from l = 2(n·v)n − v is mirrored to the eye. A light
     with a position keeps its distance from the surface. A light with an aim points at the target. A light with corners
@@ -127,8 +125,9 @@ def mirrored_to_eye(light: Light, view: View, held: SurfacePoint, target: Surfac
 
 
 def rotation(before: Float64Array, after: Float64Array) -> Float64Array:
-    """Return the matrix, shape (3, 3), of the smallest rotation that turns the direction `before` to the unit vector
-    `after`. The rotation is the product of two half-turns.
+    """Return the smallest rotation from the direction `before` to the unit vector `after`, as a matrix of shape (3, 3).
+
+    The rotation is the product of two half-turns.
     """
     start = before / np.linalg.norm(before)
     halfway = start + after
@@ -143,7 +142,7 @@ def _matrix_of(mesh: LitMesh) -> Float64Array:
 
 
 class Surfaces:
-    """Lit meshes prepared for repeated picking while none of them moves.
+    """Lit meshes, prepared for picking. The object is valid until a mesh or the camera moves.
 
     Parameters
     ----------
@@ -170,15 +169,15 @@ class Surfaces:
             self._picker.AddLocator(locator)
 
     def mesh(self, cursor: tuple[float, float]) -> LitMesh | None:
-        """Return the mesh under the cursor, a position in pixels of the window; None if no mesh is there."""
+        """Return the mesh under the cursor; None if there is no mesh. `cursor` is in pixels of the window."""
         if not self._picker.Pick(*cursor, 0.0, self._renderer):
             return None
         return next(mesh for mesh in self._meshes if mesh.actor is self._picker.GetActor())
 
     def pick(self, cursor: tuple[float, float]) -> SurfacePoint | None:
-        """Return the surface point under the cursor, with its interpolated normal; None if no mesh is there.
+        """Return the surface point under the cursor, with its interpolated normal; None if there is no mesh.
 
-        The cursor's position is in pixels of the window.
+        `cursor` is in pixels of the window.
         """
         picker, mesh = self._picker, self.mesh(cursor)
         if mesh is None:

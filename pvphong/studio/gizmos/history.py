@@ -1,7 +1,7 @@
 """Undo and redo: one step for each finished drag or edit.
 
-A user's steps do not overlap: a running edit is ended and recorded before another edit, undo or redo. A script that
-edits lights does not end a drag.
+Steps of the user do not overlap: before another edit, undo or redo, a running edit is ended and recorded. A script that
+edits lights does not end a running drag.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 
 class Editable(Protocol):
-    """An object whose edits can be undone: lights of a subplot, materials of its meshes, or a studio's document."""
+    """An object whose edits can be undone: a subplot's lights, the materials of its meshes, or a studio's document."""
 
     @property
     def state(self) -> Any:
@@ -24,7 +24,7 @@ class Editable(Protocol):
 
 
 class Running(Protocol):
-    """A continuous edit that becomes one step when it ends: a drag, typing, or the movement of a slider."""
+    """A continuous edit that becomes one step when it ends: a drag, typing, or a moving slider."""
 
     def settle(self) -> None:
         """End the edit as one step and call `History.end`."""
@@ -35,7 +35,7 @@ _Steps = deque[tuple[Editable, Any, Any]]
 
 
 class History:
-    """The steps that can be undone, and those that can be redone again; at most 256 of each."""
+    """The steps that can be undone, and the undone steps that can be redone; at most 256 of each."""
 
     def __init__(self) -> None:
         self._done, self._undone = _Steps(maxlen=_LONGEST), _Steps(maxlen=_LONGEST)
@@ -57,7 +57,7 @@ class History:
             self.running.settle()
 
     def record(self, edited: Editable, before: Any) -> None:
-        """Record the changes of `edited` since its state `before` as one step, if there are any."""
+        """Record the changes of `edited` since its state `before` as one step; nothing if it has not changed."""
         after = edited.state
         if after != before:
             self._done.append((edited, before, after))
@@ -75,7 +75,7 @@ class History:
 
     @contextmanager
     def edit(self, edited: Editable) -> Iterator[None]:
-        """Return a context that records the changes of `edited` made within it as one step."""
+        """Return a context. All changes of `edited` inside the context become one step."""
         before = edited.state
         yield
         self.record(edited, before)
@@ -89,7 +89,7 @@ class History:
         return self._turn(self._undone, self._done)
 
     def _turn(self, steps: _Steps, turned: _Steps) -> bool:
-        """Take the last step of `steps`, revert it, and append the opposite step to `turned`.
+        """Take the last step from `steps`, revert it, and append the opposite step to `turned`.
 
         Return False if `steps` is empty.
         """

@@ -58,7 +58,7 @@ class Edit:
 
     @property
     def is_possible(self) -> bool:
-        """True as long as the light exists; other code may remove it."""
+        """True while the light exists. Other code may remove it."""
         return self.gizmo.renderer_light in self.gizmos.lights.renderer_lights
 
     def set(self, light: Light) -> None:
@@ -90,8 +90,8 @@ class Edit:
 class Drag(Edit):
     """An edit by dragging a handle; `point` is the handle's world position at the start.
 
-    The light depends only on the state at the start and on the cursor. Exception: while a highlight is dragged off the
-    surface, the light stays as it is.
+    The light depends only on the state at the start and on the cursor. There is one exception: while a highlight is
+    dragged off the surface, the light stays as it is.
     """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str, point: Float64Array) -> None:
@@ -106,7 +106,7 @@ class Drag(Edit):
         self._grabbed = DragStart(light, handle, vector(point), gizmos.cursor, self.view, scenery, *steps)
 
     def move(self, cursor: Cursor) -> None:
-        """Set the light as it follows from the state at the start of the drag and the cursor's position."""
+        """Set the light for a new position of the cursor."""
         if self._surfaces is None:
             light = self.start.handles[self.handle].dragged(self._grabbed, cursor)
         else:
@@ -131,7 +131,10 @@ _HOW = "Enter: accept  Tab: next  Esc: cancel"
 
 
 class Entry(Edit):
-    """An edit by typing values for a handle of a light, or its intensity; each character changes the light at once."""
+    """An edit by typing values for a handle of a light, or for its intensity.
+
+    Each character changes the light at once.
+    """
 
     def __init__(self, gizmos: Gizmos, gizmo: Gizmo, handle: str) -> None:
         super().__init__(gizmos, gizmo, handle)
@@ -141,7 +144,7 @@ class Entry(Edit):
         """Error message for a text that is not a valid value; "" if it is valid."""
 
     def put(self, text: str) -> None:
-        """Set the light to the values in a text. If the text is empty or a value is not allowed, restore the light."""
+        """Set the light to the values in a text. If the text is empty or a value is invalid, restore the light."""
         self.text, self.error = text, ""
         try:
             self.set(typed_light(self.start, self.handle, text))
@@ -161,12 +164,12 @@ class Entry(Edit):
 def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
     """Return the light with the numbers in a typed text.
 
-    Numbers are in the order of the handle's labels. A label of one letter, such as x, tells which number follows it.
+    Numbers are in the order of the handle's labels. A label of one letter, such as x, can stand before its number.
 
     Parameters
     ----------
     shown : LightInScene
-        The light.
+        The light before the edit.
     handle : str
         Name of the handle.
     text : str
@@ -220,8 +223,8 @@ class Interaction:
     """Turns the events of one subplot into drags, typed values and commands.
 
     A single VTK widget serves all handles: it is moved to the handle nearest to the cursor, tests whether the cursor is
-    on that handle, and follows the mouse. The widget draws nothing, because the gizmos draw the handles. As the widget
-    is defined in pixels, it is not part of the scene's bounds and cannot be picked.
+    on that handle, and follows the mouse. The widget draws nothing, because the gizmos draw the handles. The widget is
+    defined in pixels. So it does not count towards the scene's bounds, and cannot be picked.
 
     Parameters
     ----------
@@ -274,7 +277,7 @@ class Interaction:
     def _observe(
         self, subject: Any, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0
     ) -> None:
-        """Call `react` at each VTK event of this name on `subject`.
+        """Call `react` at each VTK event with the name `event` on `subject`.
 
         If `react` returns True, observers with a lower priority do not receive the event.
         """
@@ -288,7 +291,7 @@ class Interaction:
         self._observed.append((subject, tag))
 
     def update(self) -> None:
-        """Update the handles and the drawing, according to the current lights, camera and scene."""
+        """Update the handles and the drawing for the current lights, camera and scene."""
         gizmos, view, edit = self.gizmos, self.gizmos.view, self.edit
         handles = dict[tuple[Gizmo, str], Float64Array]()
         shown = {} if gizmos.is_hidden else {gizmo: gizmo.highlight for gizmo in gizmos.all}
@@ -312,9 +315,9 @@ class Interaction:
         gizmos.draw(view, shown, active, readout, "\n".join(f"{key:15}{what}" for key, what in keys))
 
     def _hover(self) -> bool:
-        """Find the handle under the cursor, and move the widget to the nearest one.
+        """Find the handle under the cursor, and move the widget to the nearest handle.
 
-        Return True if another handle, or none, is hovered now.
+        Return True if the hovered handle has changed.
         """
         gizmos, cursor = self.gizmos, self.gizmos.cursor
         if self._is_held:
@@ -342,7 +345,7 @@ class Interaction:
 
     @contextmanager
     def out_of_sight(self) -> Iterator[None]:
-        """Return a context in which the gizmos are hidden; if the option `in_screenshots` is set, they stay visible."""
+        """Return a context in which the gizmos are hidden. With the option `in_screenshots`, they stay visible."""
         if self.gizmos.options.in_screenshots:
             yield
             return
@@ -354,7 +357,7 @@ class Interaction:
             self.update()
 
     def release(self) -> None:
-        """Accept an edit in progress, then remove widget, observers and actors."""
+        """End and keep an edit in progress, then remove widget, observers and actors."""
         self.settle()
         for subject, tag in self._observed:
             subject.RemoveObserver(tag)
@@ -371,15 +374,16 @@ class Interaction:
     def _pointed(self) -> None:
         """React to a move of the cursor: find the hovered handle, and draw a frame if it has changed.
 
-        This must not wait for the next frame, because the window's size may have changed since the last frame: trame
-        may draw fewer pixels while the button is down.
+        This must not wait for the next frame. The window's size may have changed since the last one, because trame may
+        draw fewer pixels while the button is down.
         """
         if self._hover():
             self.gizmos.render()
 
     def _clicked(self) -> bool:
-        """Handle a press of the button before all others: place the highlight of the light that awaits a click. Return
-        True if there is one.
+        """Place a light's highlight at the clicked surface point, if a command waits for this click.
+
+        Return False if no command waits. This is called when the button is pressed, before all other reactions.
         """
         gizmos = self.gizmos
         gizmo = gizmos.awaits_click
@@ -394,7 +398,7 @@ class Interaction:
         return True
 
     def _grabbed(self) -> None:
-        """React to the grab of a handle: start a drag, and save the state that it depends on."""
+        """Start the drag of the handle that was grabbed, and save the state on which the drag depends."""
         assert self._nearest is not None
         self.gizmos.history.settle()  # ends typing, here or in another subplot
         self.gizmos.notice = ""
@@ -402,14 +406,14 @@ class Interaction:
         self._begin(Drag(self.gizmos, *self._nearest, self._handles[self._nearest]))
 
     def _dragged(self) -> None:
-        """React to a move of the cursor with the button down: the light follows it."""
+        """Let the light follow the cursor while the button is down."""
         interactor = self.gizmos.interactor
         if isinstance(self.edit, Drag) and self.edit.is_possible:
             shift, control = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
             self.edit.move(Cursor(self.gizmos.cursor, shift, control))
 
     def _dropped(self) -> None:
-        """React to the release of the button: end the drag, and record it as one undo step."""
+        """End the drag at the release of the button, and record it as one undo step."""
         if isinstance(self.edit, Drag):
             self.settle()
         self.gizmos.render()
@@ -417,7 +421,10 @@ class Interaction:
     # -- the mouse, in the mode in which it asks for light
 
     def _asked(self) -> bool:
-        """Start to ask for light on the spot under the cursor; return False if a handle or no mesh is there."""
+        """Start a drag that asks for more or less light on the spot under the cursor.
+
+        Return False if a handle or no mesh is there.
+        """
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at or gizmos.hovered is not None:
             return False
@@ -434,7 +441,7 @@ class Interaction:
         return True
 
     def _asking(self) -> bool:
-        """Follow the cursor with the button down."""
+        """Change the requested light as the cursor moves with the button down. Return False if no spot is dragged."""
         if not isinstance(self.edit, Ask):
             return False
         if self.edit.is_possible:
@@ -443,7 +450,7 @@ class Interaction:
         return True
 
     def _answered(self) -> bool:
-        """Handle the release of the button: the drag becomes one step."""
+        """End the drag of a spot at the release of the button, as one undo step. Return False if no spot is dragged."""
         if not isinstance(self.edit, Ask):
             return False
         self.settle()
@@ -451,7 +458,10 @@ class Interaction:
         return True
 
     def _resized(self, factor: float) -> bool:
-        """Make the spot larger or smaller, in place of the view."""
+        """Multiply the size of the spot by `factor`.
+
+        Return False if a drag does not ask for light; the wheel then zooms.
+        """
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at:
             return False
@@ -475,7 +485,7 @@ class Interaction:
             self.gizmos.history.end(self)
 
     def settle(self) -> None:
-        """Accept the edit in progress, and record it as one undo step."""
+        """End and keep the edit in progress, and record it as one undo step."""
         self._end(taken=True)
 
     def give_up(self) -> None:
@@ -484,7 +494,7 @@ class Interaction:
         self.gizmos.render()
 
     def _end(self, *, taken: bool) -> None:
-        """End the edit in progress: if `taken`, record it as one undo step, otherwise restore the light."""
+        """End the edit in progress. If `taken`, record it as one undo step; otherwise restore the light."""
         edit = self.edit
         self._begin(None)
         if edit is not None and edit.is_possible:
@@ -496,7 +506,7 @@ class Interaction:
     # -- the keyboard
 
     def _key_pressed(self) -> bool:
-        """React to a key press; return True if the key belongs to a value that is being typed.
+        """Handle a key press. Return True if the key belongs to a value that is being typed.
 
         trame's remote area reports letters twice, for the browser's `keydown` and `keypress`. A second report is
         ignored, until the press ends with its `CharEvent` or with the key's release.
@@ -534,7 +544,7 @@ class Interaction:
         return is_typed
 
     def _press_ended(self) -> bool:
-        """React to the end of a key press; while a value is typed, return True, so that no other observer reacts."""
+        """Handle the end of a key press. While a value is typed, return True, so that no other observer reacts."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 

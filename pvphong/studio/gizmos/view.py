@@ -1,6 +1,6 @@
 """A subplot's projection between cursor and world, and the state at the start of a drag.
 
-This module does not depend on a window. A drag is a function of `DragStart` and `Cursor`.
+This module does not depend on a window. The result of a drag depends only on `DragStart` and `Cursor`.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class View:
     origin : tuple of float, default (0, 0)
         The subplot's lower left corner in the window, in pixels.
     scale : float, default 1
-        Pixels per pixel of a screen of usual resolution.
+        Number of device pixels per pixel of a screen with usual resolution.
     """
 
     viewer: Viewer
@@ -68,14 +68,14 @@ class View:
 
     @cached_property
     def _zoom(self) -> float:
-        """Pixels per unit of length in parallel projection, or per unit of slope (offset over depth) in perspective."""
+        """Pixels per unit of length in parallel projection. In perspective, pixels per unit of offset over depth."""
         half = 0.5 * self.size[1]
         if self.viewer.parallel:
             return half / self.viewer.parallel_scale
         return half / math.tan(math.radians(0.5 * self.viewer.view_angle))
 
     def seen(self, points: VectorLike | Float64Array) -> Float64Array:
-        """Convert world points, shape (…, 3), to eye space: distances to the right, up, and in front of the eye."""
+        """Convert world points, shape (…, 3), to eye space: distances to the right of, above, and ahead of the eye."""
         away = np.asarray(points, dtype=np.float64) - np.array(self.viewer.position)
         return away @ self.viewer.axes.T * (1.0, 1.0, -1.0)
 
@@ -103,15 +103,15 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Return where to draw an arrow to a world point that is out of sight; None if the point is visible.
+        """Return place and direction of an arrow to a world point that is out of sight; None if it is visible.
 
         The arrow is `margin` pixels inside the subplot's edge.
 
         Returns
         -------
         place, direction : tuple of float
-            The position in pixels, and the unit vector on the screen towards the point, downwards if the point is
-            straight behind.
+            The position in pixels, and the unit vector on the screen towards the point. It is downwards if the point is
+            straight behind the eye.
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
@@ -127,7 +127,7 @@ class View:
         return (x, y), (float(offset[0]), float(offset[1]))
 
     def unit_per_pixel(self, point: VectorLike | Float64Array) -> float:
-        """Return how long one pixel is in world units, at the depth of a world point in front of the eye."""
+        """Return the size of one pixel in world units, at the depth of a world point in front of the eye."""
         return 1.0 / self._zoom if self.viewer.parallel else float(self.seen(point)[2]) / self._zoom
 
     def facing(self, point: VectorLike | Float64Array, cursor: VectorLike | Float64Array) -> Float64Array:
@@ -152,9 +152,9 @@ class View:
         return np.divide(away, length, out=np.zeros_like(away), where=length > 0.0)
 
     def across(self, along: Float64Array, point: VectorLike | Float64Array) -> Float64Array:
-        """Return a unit vector perpendicular to the direction `along` and to the line of sight to a world point.
+        """Return a unit vector perpendicular to the direction `along` and to the line from `point` to the eye.
 
-        If both are parallel, the vector points to the right.
+        If the two are parallel, the vector points to the right.
         """
         return self._square_to(along, self.towards_eye(point))
 
@@ -168,7 +168,7 @@ class View:
     def _square_to(self, axis: Float64Array, other: Float64Array) -> Float64Array:
         """Return a unit vector perpendicular to the unit vectors `axis` and `other`.
 
-        If both are parallel, the vector is perpendicular to `axis` and points to the right.
+        If the two are parallel, the vector is perpendicular to `axis` and points to the right.
         """
         side, right = np.cross(axis, other), self.viewer.axes[0]
         if np.linalg.norm(side) < _AT_THE_EYE:
@@ -176,14 +176,14 @@ class View:
         return np.asarray(side / np.linalg.norm(side))
 
     def along(self, point: Float64Array, axis: Float64Array, motion: Float64Array) -> Float64Array:
-        """Move a world point along an axis, so that its picture follows a motion on the screen as well as it can.
+        """Return a world point moved along an axis, so that its picture follows a motion on the screen.
 
         The point's depth grows at most 50 times towards the vanishing point, and shrinks at most to a fiftieth.
 
         Parameters
         ----------
         point, axis : ndarray
-            The point, and a unit vector.
+            The point before the motion, and a unit vector.
         motion : ndarray
             Motion in pixels, shape (2,).
         """
@@ -203,9 +203,10 @@ class View:
         return point + axis * min(max(t, limits[0]), limits[1])
 
     def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
-        """Return the axis of the world that appears most nearly parallel to a motion on the screen, at a world point.
+        """Return the unit vector of the world axis that appears most nearly parallel to a motion on the screen.
 
-        `motion` is in pixels. Axes that point at the eye are left out. The result is None if there is no motion.
+        The axes are drawn at the world point `point`. `motion` is in pixels. Axes that point at the eye are left out.
+        The result is None if there is no motion.
         """
         pictures = np.array([self._picture_of(point, axis) for axis in np.eye(3)])
         lengths = np.hypot(*pictures.T)
@@ -215,7 +216,7 @@ class View:
         return np.eye(3)[int(np.argmax(fits))]
 
     def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
-        """Return the screen velocity, in pixels per world unit, of a world point that moves along an axis."""
+        """Return the motion on the screen, in pixels per world unit, of a world point that moves along `axis`."""
         along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
         if self.viewer.parallel:
             return self._zoom * along[:2]
@@ -226,7 +227,7 @@ class View:
 
 @dataclass(frozen=True)
 class Scenery:
-    """The extent of the scene around a gizmo, and the pivot of lights without a position.
+    """Bounds of the scene around a gizmo, and the pivot of lights without a position.
 
     Parameters
     ----------
@@ -237,8 +238,8 @@ class Scenery:
     anchor : tuple of float
         Point that stays fixed while a light without a position is turned.
     behind : float, default 0
-        Distance from the anchor to the icon of a light without a position. The icon is behind the anchor, opposite to
-        the light's aim.
+        Distance from the anchor to the icon of a light without a position. The icon is on the side from which the light
+        comes.
     """
 
     center: Vector
@@ -281,7 +282,7 @@ class DragStart:
     cursor : tuple of float
         Position of the cursor, in pixels of the window.
     view : View
-        The subplot.
+        The subplot's view.
     scenery : Scenery
         The scene.
     angle_step : float, default 5
@@ -309,11 +310,14 @@ class DragStart:
         return max((factor for factor in (1.0, 2.0, 5.0) if factor * power <= length), default=1.0) * power
 
     def picture(self, cursor: Cursor) -> Float64Array:
-        """Return where the handle must now appear on the screen, in pixels: it keeps its offset from the cursor."""
+        """Return the position on the screen, in pixels, at which the handle must appear.
+
+        It keeps its offset from the cursor.
+        """
         return self.view.project(self.point) + self.motion(cursor)
 
     def motion(self, cursor: Cursor) -> Float64Array:
-        """Return how far the cursor has moved since the start of the drag, in pixels."""
+        """Return the motion of the cursor since the start of the drag, in pixels, shape (2,)."""
         return np.array(cursor.position) - np.array(self.cursor)
 
     def moved(self, cursor: Cursor) -> Float64Array:
@@ -343,12 +347,12 @@ def nearest(
     tried: Float64Array,
     reluctance: float = 0.0,
 ) -> float | None:
-    """Search for the number whose world point appears nearest to the handle's new place on the screen.
+    """Return the number whose world point appears nearest to the dragged handle on the screen.
 
     Parameters
     ----------
     start, cursor
-        The drag.
+        The start of the drag, and the present cursor.
     places : callable
         Maps numbers, shape (n,), to their world points, shape (n, 3).
     tried : numpy.ndarray
@@ -359,7 +363,7 @@ def nearest(
     Returns
     -------
     float or None
-        None if the cursor has not moved, or no point is visible.
+        The number; None if the cursor has not moved, or no point is visible.
     """
     if not start.motion(cursor).any():
         return None

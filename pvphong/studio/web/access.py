@@ -1,8 +1,8 @@
 """Access to the studio: access control for HTTP and WebSocket, validation of messages, and uploads.
 
 A server on a loopback address admits all local requests, except from pages of another origin. On any other address, all
-paths begin with a folder whose name is a secret token, and other requests are refused. A cookie would not work instead:
-browsers do not send cookies for a page in a frame of another host's page, as in a notebook.
+paths begin with a folder whose name is a secret token, and other requests are refused. A cookie cannot replace the
+token, because browsers send no cookies from a page that is framed in a page of another host, such as a notebook.
 
 Only messages that trame's page sends are accepted. Each message is validated before it is used, and a malformed message
 is answered with an error. Otherwise VTK's adapter of remote events, for example, would crash on a missing key.
@@ -53,7 +53,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if a host name or address is loopback, reachable from this machine only."""
+    """Return True if a host name or address is loopback, so that only this machine can reach it."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -76,11 +76,11 @@ class Access:
 
     @property
     def root(self) -> str:
-        """Prefix of all paths."""
+        """Beginning of all paths on the server: "/" or, with a token, "/TOKEN/"."""
         return f"/{self.token}/" if self.token else "/"
 
     def address_at(self, port: int) -> str:
-        """Return the address of the page on a port."""
+        """Return the address of the page, with the server at `port`."""
         host = self._host
         if host in ("0.0.0.0", "::"):
             host = socket.gethostname()
@@ -91,7 +91,7 @@ class Access:
         return f"http://{f'[{host}]' if ':' in host else host}:{port}{self.root}"
 
     def guard(self, app: web.Application) -> None:
-        """Check every request of an application, and move its routes below the root."""
+        """Check every request to the web application `app`, and move its routes below the secret folder."""
         app.middlewares.append(self._admit)
         if self.token:
             app.on_startup.append(self._move)  # all routes are defined then
@@ -156,7 +156,7 @@ async def receive(
     Parameters
     ----------
     request : aiohttp.web.Request
-        The upload. Its body is the file. `name` in its query is the file's name, of which only the suffix is used.
+        The upload. Its body is the file. Of the file's name, `name` in the query, only the suffix is used.
     suffixes : tuple of str
         Allowed suffixes.
     folder : Path
@@ -174,7 +174,7 @@ async def receive(
     Raises
     ------
     ValueError
-        If the suffix is not allowed, or the file is empty or larger than `largest`. Reading stops at this size.
+        If the suffix is not allowed, or the file is empty or larger than `largest`. Reading stops at `largest`.
     """
     name = request.query.get("name", "").replace("\\", "/").rpartition("/")[2][:200]
     suffix = Path(name).suffix.lower()
@@ -210,7 +210,8 @@ def upload(
     suffixes : tuple of str
         Allowed suffixes.
     take : callable
-        Called with name, path and query; returns a message, if any, and raises ValueError if it rejects the file.
+        Called with the file's name, the path of the upload, and the request's query. It returns a message, if any, and
+        raises ValueError to reject the file.
     done : callable
         Called with the error message if the file was rejected, else with the message of `take` or "".
     largest : int, optional
@@ -236,7 +237,7 @@ def upload(
 
 
 async def no_launcher(_request: web.Request) -> web.StreamResponse:
-    """Answer trame's page, which asks at the start whether a launcher has a session for it: there is no launcher.
+    """Answer the request that trame's page sends first to a launcher of sessions: there is no launcher.
 
     The page then connects to the server that it comes from. An error would have the same effect, but browsers log it.
     """
@@ -247,7 +248,7 @@ async def no_launcher(_request: web.Request) -> web.StreamResponse:
 
 
 class Malformed(ValueError):
-    """Raised for a message that the studio's page does not send."""
+    """Raised for a message that the studio's own page would not send."""
 
 
 _MOUSE = {f"{button}Button{what}" for button in ("Left", "Middle", "Right") for what in ("Press", "Release")}
@@ -260,8 +261,9 @@ _IDLE = {"StartInteractionEvent", "EndInteractionEvent"}
 
 
 def view_event(given: Any) -> dict[str, Any]:
-    """Return a validated event of mouse, wheel, keyboard or touch. The result has all keys that VTK's adapter reads,
-    and its values are in range.
+    """Return the event `given` of mouse, wheel, keyboard or touch, after validation.
+
+    The result has all keys that VTK's adapter reads, and its values are in range.
 
     Raises
     ------
@@ -302,7 +304,7 @@ def view_event(given: Any) -> dict[str, Any]:
 
 
 def view_size(given: Any) -> dict[str, Any]:
-    """Return the validated size of a view in a browser, limited to the largest window."""
+    """Return the size of a view in a browser, after validation. It is limited to the largest window."""
     if not isinstance(given, dict):
         raise Malformed("a size needs a width and a height")
     width, height = (_number(given.get(name, 0.0), 0.0, 1e6) for name in ("w", "h"))
@@ -324,8 +326,9 @@ def _list(given: Any, count: int) -> list[Any]:
 
 
 def plain(given: Any, depth: int = 0) -> Any:
-    """Return a value if it is a text, a number, a flag, None, or a list of these, of limited size. Otherwise raise
-    `Malformed`.
+    """Return `given` if it is a text, a number, a flag, None, or a list of these, of limited size.
+
+    Otherwise raise `Malformed`. `depth` is the number of lists around the value.
     """
     if isinstance(given, list) and depth < _MOST_NESTED and len(given) <= _LONGEST:
         return [plain(each, depth + 1) for each in given]
@@ -346,7 +349,7 @@ class Messages(AioHttpWsHandler):
     server : wslink's web server
         trame's web server.
     triggers : mapping
-        Name → function, for everything that the page may trigger.
+        Name → function, for each trigger of the page.
     closed : callable
         Called when a client has disconnected, with True if the client held the left mouse button down in the view.
     scaled : callable
@@ -369,7 +372,7 @@ class Messages(AioHttpWsHandler):
         self._frames: dict[str, bytes] = {}
 
     async def onMessage(self, is_binary: bool, msg: Any, client_id: str) -> None:
-        """Handle a frame: a whole message, or a part of one."""
+        """Handle a frame of the WebSocket, which is a whole message or a part of one."""
         pieces = self.unchunkers[client_id]
         try:
             if not is_binary:
@@ -386,7 +389,10 @@ class Messages(AioHttpWsHandler):
                 await self.sendWrappedError("malformed", -32600, "Malformed message", client_id=client_id)
 
     def _checked(self, message: Any, client_id: str) -> dict[str, Any]:
-        """Return a message with validated arguments. Raise `Malformed` if the page does not send such messages."""
+        """Return a message after its arguments are validated.
+
+        Raise `Malformed` if the studio's page does not send such a message.
+        """
         if not isinstance(message, dict) or not isinstance(message.get("id"), str) or len(message["id"]) > 200:
             raise Malformed("a message needs an id")
         method, args = message.get("method"), message.get("args", [])
@@ -456,7 +462,7 @@ class Messages(AioHttpWsHandler):
     ) -> None:
         """Send a message to one client. wslink's own method would make all clients wait for the slowest client.
 
-        If several frames are pending for a client, only the last one is sent.
+        If several pictures are pending for a client, only the last one is sent.
         """
         if client_id is None or not self.isClientAuthenticated(client_id):
             return
@@ -486,7 +492,7 @@ class Messages(AioHttpWsHandler):
             await self._send(client_id, msgpack.packb({"wslink": "1.0", "id": rpcid, "error": error}))
 
     async def _send(self, client_id: str, packed: bytes) -> None:
-        """Send a message to a client that may be disconnecting."""
+        """Send a message to a client. If the client is disconnecting, do nothing."""
         end, lock = self.connections.get(client_id), self._sending.get(client_id)
         if end is not None and lock is not None:
             async with lock:
@@ -497,9 +503,9 @@ class Messages(AioHttpWsHandler):
 
 
 def refuse_lamp_files(rig: Path) -> None:
-    """Raise ValueError if a lamp of an uploaded rig names a file: the server would open it.
+    """Raise ValueError if a lamp of an uploaded rig names a file, because the server would open this file.
 
-    What is no rig at all is left to `Scene.load`.
+    A file that is not a rig passes; `Scene.load` reports it.
     """
     try:
         left = [json.loads(rig.read_bytes())]

@@ -1,4 +1,4 @@
-"""Views of the camera on the page: front, top, side and isometric ones, views that are kept, and the axis cross."""
+"""Views of the camera on the page: front, top, side and isometric views, saved views, and the axis cross."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Cameras:
 
     @property
     def triggers(self) -> dict[str, Callable[..., Any]]:
-        """Triggers of the page."""
+        """Functions that the page can trigger, by name."""
         acts = self.look, self.fit, self.keep_view, self.look_kept, self.forget_view, self.show_axes
         return {act.__name__: act for act in acts}
 
     def shown(self) -> dict[str, Any]:
-        """Return the values for the page."""
+        """Return the page's state: the numbers of the saved views, and a flag for the axis cross."""
         return {"kept_views": list(self._kept), "axes": self._has_axes}
 
     def look(self, name: str) -> None:
@@ -84,7 +84,7 @@ class Cameras:
         return bool((np.maximum(abs(x), abs(y)) <= depth).all())
 
     def keep_view(self) -> str:
-        """Keep the present view, and return a message."""
+        """Save the present view. Return a message if the limit is reached, else ""."""
         if len(self._kept) == _MOST_KEPT:
             return f"Only {_MOST_KEPT} views can be kept. Remove one first."
         self._number += 1
@@ -92,22 +92,23 @@ class Cameras:
         return ""
 
     def look_kept(self, number: Any) -> None:
-        """Show the meshes as in a view that was kept. The camera's angle stays, because it fits the width of the
-        window.
+        """Show the meshes as in the saved view `number`.
+
+        The camera's angle stays, because it fits the width of the window.
         """
         renderer = self._subplot.renderer
         aim(renderer, replace(self._kept[self._found(number)], view_angle=renderer.camera.GetViewAngle()))
         renderer.ResetCameraClippingRange()
 
     def forget_view(self, number: Any) -> None:
-        """Remove a view that was kept."""
+        """Delete the saved view `number`."""
         del self._kept[self._found(number)]
 
     def _found(self, number: Any) -> int:
         return number if number in self._kept else check.refuse("view", number, "the number of a view that is kept")
 
     def show_axes(self, on: Any) -> None:
-        """Show an axis cross in the lower left corner of the view, or hide it. Pictures have none."""
+        """Show an axis cross in the lower left corner of the view, or hide it. Downloaded pictures have no cross."""
         self._has_axes = check.flag("on", on)
         renderer = self._subplot.renderer
         if self._has_axes:

@@ -20,7 +20,7 @@ _STEPS = 16
 
 
 def arrays_of(meshes: Sequence[pv.DataSet]) -> dict[str, str]:
-    """Return the numeric arrays of meshes: name → "point" or "cell"."""
+    """Return the numeric arrays that the meshes have, as name → "point" or "cell"."""
     found: dict[str, str] = {}
     for mesh in meshes:
         for where, data in (("point", mesh.point_data), ("cell", mesh.cell_data)):
@@ -34,18 +34,18 @@ def arrays_of(meshes: Sequence[pv.DataSet]) -> dict[str, str]:
 
 
 def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, low: Any, high: Any) -> Colormap:
-    """Return the colormap chosen in the page.
+    """Return the colormap that the user has chosen in the page.
 
     Parameters
     ----------
     before : object
-        The current albedo; its colormap is kept if no `cmap` is given.
+        The current albedo. If no `cmap` is given, its colormap is kept.
     meshes : sequence of pyvista.DataSet
         The meshes with the array.
     scalars, cmap : str
         Names of the array and of the colormap.
     low, high : float, str or None
-        Ends of the range, as numbers or text. None or "" uses the end of the array's range.
+        Ends of the range, as numbers or text. None or "" means the end of the array's own range.
 
     Raises
     ------
@@ -65,7 +65,10 @@ def chosen(before: Any, meshes: Sequence[pv.DataSet], scalars: Any, cmap: Any, l
 
 
 def shown(albedo: Any, meshes: Sequence[pv.DataSet]) -> dict[str, Any]:
-    """Return the values for the page: the names of arrays, and the colormap with its name, range and colours."""
+    """Return the page's entry for a material's albedo: names of arrays, and name, range and colours of the colormap.
+
+    `albedo` is the field `Material.albedo`. Unless it is a colormap of a named array, only the names of arrays are set.
+    """
     entry: dict[str, Any] = {"arrays": list(arrays_of(meshes)), "scalars": "", "cmap": "", "gradient": ""}
     entry |= {"low": None, "high": None}
     if not isinstance(albedo, Colormap) or not isinstance(albedo.scalars, str):

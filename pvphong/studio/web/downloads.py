@@ -39,7 +39,7 @@ EXAMPLES: Mapping[str, str] = {
 """Name of an example mesh → its function in `pyvista.examples`; PyVista contains their files."""
 
 FILES = ("rig", "vtp", "ply", "vtkhdf", "glb", "png", "py")
-"""The downloads, by suffix, except "rig", which is a .json."""
+"""The downloads, named by their suffix. The exception is "rig", a .json file."""
 
 STAGE = "stage"
 """Name of the stage among the meshes' names."""
@@ -86,7 +86,7 @@ class Downloads:
     tolerance : float
         Allowed colour error.
     reading : str
-        Python expression that makes the mesh or the blocks, using `pv` and `ph`.
+        Python code of an expression for the mesh or the blocks. It may use `pv` and `ph`.
     stem : str
         Prefix of the file names.
     textures : mapping
@@ -94,13 +94,13 @@ class Downloads:
     is_as_shown : bool, default False
         True to take the colours that the view shows, 8 bits per channel, instead of computing them.
     stage : LitMesh, optional
-        The stage under the meshes. It is in pictures and in the script. Downloads of meshes leave it out, but show its
-        shadows and the light that it reflects.
+        The stage under the meshes. Pictures and the script include it. Downloads of meshes leave it out, but their
+        colours include its shadows and the light that it reflects.
     picture : Picture, optional
         Options of the picture.
     refined : mapping, optional
-        Name → refined mesh with its colours, if the view shows the meshes refined; the picture shows these then. For a
-        display transform, the colours must not be clamped.
+        Name → refined mesh with its colours, for the picture, if the view shows the meshes refined. With a display
+        transform, the colours must not be clamped.
     refine : float, optional
         Tolerance of the refined meshes.
     """
@@ -122,23 +122,26 @@ class Downloads:
 
     @property
     def materials(self) -> dict[str, Material]:
-        """The materials as in a rig: "default" → the material of all meshes, or name of a mesh → its material."""
+        """The materials as in a rig: name of a mesh → material.
+
+        If all meshes have the same, "default" → this material.
+        """
         found = common_or_named({name: mesh.material for name, mesh in self.meshes.items()})
         return found or {DEFAULT: DEFAULT_MATERIAL}
 
     @property
     def _on_stage(self) -> dict[str, Material]:
-        """The stage's material by its name; empty if there is no stage. Rigs leave it out."""
+        """The stage's material, by the stage's name; empty if there is no stage. Rigs leave it out."""
         return {} if self.stage is None else {STAGE: self.stage.material}
 
     @property
     def _all(self) -> dict[str, LitMesh]:
-        """The meshes, and the stage at the end."""
+        """The meshes by name, with the stage at the end."""
         return {**self.meshes} if self.stage is None else {**self.meshes, STAGE: self.stage}
 
     @property
     def _written(self) -> dict[str, Material]:
-        """The materials as they are written, with textures as file names."""
+        """The materials for the rig and the script, with textures as file names."""
 
         def named(material: Material) -> Material:
             maps = {name: each for name, each in material.maps.items() if isinstance(each, Map)}
@@ -188,7 +191,7 @@ class Downloads:
 
     @cached_property
     def pictured(self) -> Any:
-        """The lit mesh or blocks, with the stage as the last block, computed once."""
+        """The lit mesh or blocks for pictures, computed once. The stage is the last block."""
         return self._lit_in(self.scene)
 
     def _lit_in(self, scene: Scene) -> Any:
@@ -248,9 +251,10 @@ class Downloads:
         )
 
     def _picture_lines(self, given: str) -> list[str]:
-        """Return the lines of the script that write the picture. `given` are the arguments of `shade` after the scene.
+        """Return the lines of the script that write the picture.
 
-        As in `write`, the light model of a picture does not clamp before a display transform.
+        `given` is the text of the arguments of `shade` after the scene. As in `write`, the light model of a picture
+        does not clamp before a display transform.
         """
         look, lines, drawn, scene = self.picture, list[str](), "lit", "scene"
         if look.display != _PLAIN and self.scene.light_model.clamp:
@@ -300,7 +304,10 @@ class Downloads:
 
     @property
     def _for_picture(self) -> Any:
-        """The lit mesh or blocks for a picture, refined if the view is. Nothing is clamped before a display."""
+        """The lit mesh or blocks for a picture, refined if the view is.
+
+        Before a display transform, nothing is clamped.
+        """
         if self.refined and not self.is_as_shown:
             return next(iter(self.refined.values())) if len(self.refined) == 1 else pv.MultiBlock(dict(self.refined))
         if self.picture.display == _PLAIN or self.is_as_shown:
@@ -322,12 +329,12 @@ class Downloads:
 
 
 def reading_file(name: str) -> str:
-    """Return a Python expression that reads a file."""
+    """Return the Python code of an expression that reads the file `name`."""
     return f"ph.read({PurePath(name).name!r})"
 
 
 class HasArrays(Exception):
-    """Raised for a value with images or arrays, which code cannot contain."""
+    """Raised for a value that contains images or arrays, because Python code cannot contain them."""
 
 
 _CODED = (Scene, Viewer, LightModel, Display, Material, Colormap, *LIGHT_TYPES.values(), *REFLECTANCES.values())
@@ -335,12 +342,15 @@ _CODED = (Scene, Viewer, LightModel, Display, Material, Colormap, *LIGHT_TYPES.v
 
 
 def python_of(value: Any, indent: str = "") -> str:
-    """Return Python code that reproduces a scene, light, material or similar, with `pvphong` as `ph`."""
+    """Return Python code for `value`, a scene, light, material or similar, with `pvphong` as `ph`.
+
+    `indent` are the spaces before the code's last line.
+    """
     kind: Any = type(value)
     inside = f"{indent}    "
 
     def listed(parts: Iterable[str]) -> str:
-        """Return the parts on a line each, for use between brackets."""
+        """Return the text of all parts, each on its own line, for use between brackets."""
         return "\n" + "".join(f"{inside}{part},\n" for part in parts) + indent
 
     if isinstance(value, Scene):

@@ -1,4 +1,7 @@
-"""The panel "Advanced" in words: how exact the picture is, what is left out, and the table of a plan."""
+"""The panel "Advanced" in words: how exact the picture is, what is left out, and the table of a plan.
+
+A plan lists the effects, such as shadows, that are computed for a mesh, and bounds the error of those left out.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +28,14 @@ _LEFT_OUT = re.compile(r"\(left out: (?P<what>.*)\)$")
 
 
 class Exactness(NamedTuple):
-    """What a person reads first about accuracy.
+    """A summary of the picture's accuracy.
 
     Parameters
     ----------
     text : str
-        The sentence, and a second one on what is left out.
+        A sentence on the accuracy, and a second one on the lights that are left out.
     improve : Remedy
-        The button that makes the picture more exact; a measurement, if there is nothing to improve.
+        Button that makes the picture more exact. If it is exact already, the button starts a measurement.
     """
 
     text: str
@@ -40,7 +43,7 @@ class Exactness(NamedTuple):
 
 
 def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool, is_paused: bool = False) -> Exactness:
-    """Return the sentence for the plans of all visible meshes.
+    """Return the summary for the plans of all visible meshes.
 
     Parameters
     ----------
@@ -51,7 +54,7 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool, is
     is_refined : bool
         True if refining has reached its tolerance.
     is_paused : bool, default False
-        True if refining waits for a click, because its time is over.
+        True if refining has paused after its time limit, until a click continues it.
     """
     error = max((made.error_bound for made in plans), default=0.0)
     has_edges = any(plan.effects[name].on for plan in plans for name in ("shadow", "cone"))
@@ -77,7 +80,7 @@ def exactness(plans: Sequence[Plan], accuracy: Accuracy, *, is_refined: bool, is
 
 
 def _in_steps(error: float) -> str:
-    """Return an error in steps of a screen: "half a step of a screen", for example."""
+    """Return a colour error in steps of an 8-bit screen, in words, such as "half a step of a screen"."""
     steps = error / _STEP
     if steps < 0.1:
         return "a tenth of a step of a screen"
@@ -106,7 +109,7 @@ def refined_text(refining: Mapping[LitMesh, Refining], *, is_mixed: bool) -> str
     refining : mapping
         The refinement of each mesh.
     is_mixed : bool
-        True if the faders of a mix are on, which show the meshes as they are.
+        True if the faders of a mix are on. The meshes are then shown unrefined.
     """
     if not refining:
         return ""
@@ -126,7 +129,7 @@ def refined_text(refining: Mapping[LitMesh, Refining], *, is_mixed: bool) -> str
 
 
 def plans_of(lit: LitActors, scene: Scene, tolerance: float) -> dict[LitMesh, Plan]:
-    """Return the plan of each visible mesh; none for a mesh that cannot be lit, as the view shows the reason."""
+    """Return the plan of each visible mesh. A mesh that cannot be lit has none; the view shows the reason."""
     found = dict[LitMesh, Plan]()
     for mesh in lit.shown:
         surface = shallow_copy(mesh.drawn)

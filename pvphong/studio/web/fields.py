@@ -2,7 +2,7 @@
 
 Forms are derived from the classes. The docstring, which help() and the command line show too, defines the type of each
 field ("radius : float, default 1") and its help. The field's check defines the range, and its role or metadata the
-unit. So a new kind of light needs no code here.
+unit. So a new kind of light needs no code in this module.
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ class Field(NamedTuple):
     is_optional: bool = False
     """True if the value may be None."""
     takes: str = ""
-    """Other kind of value that the field accepts: "map", "image" or "file", for a flag "number"; "" for none."""
+    """Other kind of value that the field accepts: "map", "image" or "file"; for a flag, "number"; "" for none."""
     default: Any = None
     """Default value, or 0.5 if the field has none."""
     choices: tuple[str, ...] = ()
 
 
 def fields_of(kind: Any) -> tuple[Field, ...]:
-    """Return the fields of a dataclass in the order of its docstring; those of a base class come last.
+    """Return the fields of a dataclass in the order of its docstring, then those of its base class.
 
     Raises
     ------
@@ -93,13 +93,13 @@ def _fields_of(kind: Any) -> tuple[Field, ...]:
 
 
 def field_of(value: Any, name: str) -> Field:
-    """Return a field of a dataclass instance; raise ``ValueError`` if it does not exist."""
+    """Return the field `name` of a dataclass instance. Raise ``ValueError`` if it does not exist."""
     known = {each.name: each for each in fields_of(type(value))}
     return known.get(name) or check.refuse("field", name, f"one of {', '.join(known)}")
 
 
 def _documented(kind: Any) -> dict[str, tuple[str, str]]:
-    """Return parameter name → documented type and description, from the docstrings of a class and its bases."""
+    """Return the type and the description of each parameter in the docstrings of a class and its bases."""
     found: dict[str, tuple[str, str]] = {}
     for each in kind.__mro__:
         said = docstring_parser.parse(each.__dict__.get("__doc__") or "", docstring_parser.DocstringStyle.NUMPYDOC)
@@ -145,8 +145,9 @@ def form_of(value: Any, key: str, middles: dict[str, float], *, hidden: Sequence
     key : str
         Prefix of the entries' keys, which identify fields in edits.
     middles : dict
-        Key → centre of the slider of a number without an upper limit, in stops. A missing key is added, with the
-        current value; remove the key when the slider has been moved, so that its centre is the new value.
+        Key → centre of a logarithmic slider, in stops (log2), for a number without an upper limit. A missing key is
+        added, with the current value. Remove a key after its slider has been moved, so that the new value becomes the
+        centre.
     hidden : sequence of str
         Fields to leave out.
     """
@@ -190,12 +191,15 @@ def _entry(field: Field, value: Any, key: str, middles: dict[str, float]) -> dic
 
 
 def has_stops(field: Field) -> bool:
-    """Return True if a number's slider is logarithmic, in stops (log2), because the number has no upper limit."""
+    """Return True if a number's slider is logarithmic, in stops (log2). This holds if the number has no upper limit."""
     return field.least >= 0.0 and field.most == math.inf and not field.is_whole
 
 
 def _slider(field: Field, value: float | None, key: str, middles: dict[str, float]) -> dict[str, Any]:
-    """Return the position and limits of a number's slider; empty if the number has no slider."""
+    """Return the position and limits of a number's slider, for the page; empty if the number has no slider.
+
+    `key` identifies the field, and `middles` has the centres of logarithmic sliders, as for `form_of`.
+    """
     if has_stops(field) and value is not None:
         stops = math.log2(value) if value > 0.0 else -math.inf
         middle = middles.setdefault(key, stops if value > 0.0 else 0.0)
@@ -213,7 +217,7 @@ def hex_of(color: Any) -> str:
 
 
 def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
-    """Return a dataclass with one field set to a value from the page.
+    """Return a copy of a dataclass instance with one field set to a value from the page.
 
     Parameters
     ----------
@@ -224,7 +228,8 @@ def edited(value: Any, name: str, given: Any, index: Sequence[int] = ()) -> Any:
     given : object
         A number or its text, a flag, a text, or a colour as name, hex string or three numbers. None unsets the field.
     index : sequence of int
-        If only one number of several changes: its index, or the index of a point and the index of the coordinate.
+        Position of the number that changes, if the field has several: its index, or the index of a point and of its
+        coordinate.
 
     Raises
     ------
@@ -268,7 +273,10 @@ def slid(given: Any, value: Any, name: str) -> Any:
 
 
 def number_in(name: str, given: Any) -> float:
-    """Return a number, given as a number or as text with a decimal point or comma."""
+    """Return a number that is given as a number, or as a text with a decimal point or comma.
+
+    `name` is the field's name for error messages.
+    """
     if isinstance(given, str):
         typed = given.strip().replace("−", "-")
         if _OF_THOUSANDS.fullmatch(typed):
@@ -281,7 +289,10 @@ def number_in(name: str, given: Any) -> float:
 
 
 def _with_number(name: str, before: Any, given: Any, index: list[int]) -> Any:
-    """Return a tuple, or tuple of tuples, with one number replaced; without an index, return `given`."""
+    """Return the tuple `before`, or tuple of tuples, with the number at `index` replaced by `given`.
+
+    If `index` is empty, return `given`. `name` is the field's name for error messages.
+    """
     if not index:
         return given
     first, *rest = index

@@ -1,4 +1,4 @@
-"""Width of the view: in a narrow one, the same width of the model stays visible as in a wide one."""
+"""Width of the view: a narrow view shows the same width of the model as a wide view."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _BEFORE_LIT = 2.0  # observer priority: before the colours are computed
 class Framing:
     """Widens the angle of a camera while its view is narrower than 4:3, so that the model is not cropped.
 
-    VTK's angle is the vertical one. In a view that is narrower than high, it would show only the middle of a model that
-    a wide view shows completely.
+    VTK's angle is vertical. With the same angle, a view that is narrower than high would show only the middle of a
+    model that a wide view shows completely.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Framing:
         self._tag = renderer.AddObserver("StartEvent", before_frame, _BEFORE_LIT)
 
     def _present_width(self) -> float:
-        """Return the width of the view as a fraction of 4:3, at most 1."""
+        """Return the ratio of width to height of the view, as a fraction of 4:3, at most 1."""
         width, height = self._renderer.GetSize()
         return min(max(width / height / _ASPECT, _NARROWEST), 1.0) if width and height else 1.0
 
@@ -55,7 +55,10 @@ class Framing:
             self._width = width
 
     def in_a_wide_view(self, viewer: Viewer) -> Viewer:
-        """Return the viewer of a view of 4:3 or wider, for the present camera's viewer."""
+        """Return the viewer for the same picture in a view of 4:3 or wider.
+
+        `viewer` is the viewer of the present camera.
+        """
         return _widened(viewer, self._width) if self._width < 1.0 else viewer
 
     def release(self) -> None:
@@ -68,7 +71,7 @@ class Framing:
 
 
 def _widened(viewer: Viewer, factor: float) -> Viewer:
-    """Return a viewer that sees `factor` as much of the plane through its focal point, in height and width."""
+    """Return a viewer that sees `factor` times as much height and width of the plane through its focal point."""
     slope = factor * math.tan(math.radians(viewer.view_angle) / 2.0)
     return replace(
         viewer,

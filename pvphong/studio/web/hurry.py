@@ -29,7 +29,8 @@ class Hurry:
     subplot : Subplot
         The subplot, with gizmos.
     later : callable
-        Schedules a call: takes seconds and the function. If it is scheduled already, its time changes.
+        Function that schedules a call. It takes the delay in seconds and the function to call. If this call is
+        scheduled already, its time changes.
     draw : callable
         Requests a frame.
     """

@@ -1,9 +1,10 @@
 """Inputs of the page: a number with its slider, a colour, a switch, a file, and a form for any fields.
 
-An input sends one trigger: "edit" for a value, "slide" while a slider or a picker moves, or "settle" on release. While
-a slider moves, the browser shows its own value (`local`), because the server's values arrive later.
+An input sends triggers: "edit" with a new value, "slide" while a slider or a picker moves, and "settle" on release.
+While a slider moves, the browser shows its own value (`local`), because the server's values arrive later.
 
-Numbers are typed and sent as text, because a browser's number input silently turns "1,5" into 15.
+Numbers are typed and sent as text, because a browser's number input silently turns "1,5" into 15. In the functions
+below, `entry` is the JavaScript name of a form's entry: a dictionary from `fields.form_of` with key, label and value.
 """
 
 from __future__ import annotations
@@ -52,8 +53,10 @@ CALLS = "{0}.calls.slice(1).reduce((before, call) => before.then(() => trigger(.
 
 
 def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, Any]:
-    """Return attributes by which tests find an element. With a label, screen readers call the element by its label.
-    With `status`, screen readers also announce changes of the element's content.
+    """Return attributes by which tests find an element: `name` is its `data-test`.
+
+    With `label`, screen readers call the element by this label. With `status`, screen readers also announce changes of
+    the element's content.
     """
     raw = [f'data-test="{name}"'] if name else []
     if label:
@@ -64,7 +67,19 @@ def found_by(name: str, label: Text = "", *, status: bool = False) -> dict[str, 
 
 
 def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "x-small", **more: Any) -> None:
-    """Add a small button that shows only an icon."""
+    """Add a small button that shows only the icon `icon`.
+
+    Parameters
+    ----------
+    icon, name, label
+        The icon, the name for tests, and the label for screen readers.
+    click : str
+        JavaScript that a click runs.
+    size : str
+        Vuetify's size.
+    **more
+        Further attributes of the button.
+    """
     v.VBtn(
         icon=icon,
         size=size,
@@ -78,7 +93,10 @@ def icon_button(icon: Text, name: str, label: Text, click: str, *, size: str = "
 
 
 def switch(name: str, value: str, label: Text, changed: str) -> None:
-    """Add a switch. If the server refuses a change, the switch is reset."""
+    """Add a switch with a label for the JavaScript expression `value`. A change runs the JavaScript `changed`.
+
+    If the server refuses a change, the switch is reset.
+    """
     v.VSwitch(
         key=(f"'{name}' + {value} + refusals",),
         model_value=(value,),
@@ -89,8 +107,9 @@ def switch(name: str, value: str, label: Text, changed: str) -> None:
 
 
 def color_picker(entry: str) -> None:
-    """Add a swatch that opens Vuetify's colour picker. Under the picker are inputs for the linear numbers, which may
-    exceed 1.
+    """Add a colour swatch that opens Vuetify's colour picker.
+
+    Under the picker are inputs for the linear numbers, which may exceed 1. `entry` is the JavaScript name of the entry.
     """
     shown = f"(local[{entry}.key] ?? {entry}.hex)"
     picked = "$event.slice(0, 7)"
@@ -122,7 +141,7 @@ def color_picker(entry: str) -> None:
 
 
 def color_text(entry: str) -> None:
-    """Add an input for a colour's hex string or name."""
+    """Add an input for a colour's hex string or name. `entry` is the JavaScript name of the entry."""
     v.VTextField(
         key=(f"{entry}.key + 'text' + refusals",),
         model_value=(f"local[{entry}.key] ?? {entry}.hex",),
@@ -134,7 +153,17 @@ def color_text(entry: str) -> None:
 
 
 def number_input(entry: str, name: str = "number", label: str = "") -> None:
-    """Add a number input with its unit, and a slider if the entry defines one. The default label is the entry's."""
+    """Add a number input with its unit. If the number has a slider, add the slider too.
+
+    Parameters
+    ----------
+    entry : str
+        JavaScript name of the form's entry, a dictionary from `fields.form_of`.
+    name : str
+        Name for tests.
+    label : str
+        Label; by default, the entry's own.
+    """
     called = f"'{label}'" if label else f"{entry}.label"
     moved = f"local[{entry}.key]"
     value = f"({moved} === undefined ? {entry}.value : {entry}.stops ? 2 ** {moved} : {moved})"
@@ -170,13 +199,30 @@ def number_input(entry: str, name: str = "number", label: str = "") -> None:
 
 
 def typed(name: str) -> str:
-    """Return the JavaScript expression for the text in a `typed_number`, even before the server has accepted it."""
+    """Return the JavaScript expression for the text in the input that `typed_number` has added.
+
+    `name` is the state variable. The server may not have accepted the text yet.
+    """
     return f"(local.{name} ?? {name})"
 
 
 def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: str) -> None:
-    """Add an input for a number that is not part of the document. If the server refuses a change, the input shows the
-    state's value again.
+    """Add an input for a number of the page's state that is not part of the document.
+
+    If the server refuses a change, the input shows the state's value again.
+
+    Parameters
+    ----------
+    name : str
+        Name of the state variable.
+    unit : str
+        Unit behind the number.
+    found : str
+        Name for tests.
+    label : str
+        Label; by default, `name`.
+    classes : str
+        CSS classes.
     """
     v.VTextField(
         model_value=(typed(name),),
@@ -194,7 +240,10 @@ def typed_number(name: str, unit: str, *, found: str, label: str = "", classes: 
 
 
 def _numbers(entry: str, values: str, index: str, label: str) -> None:
-    """Add inputs for numbers side by side. Each input sends its index with its value."""
+    """Add inputs for several numbers side by side. Each input sends its index with its value.
+
+    All arguments are JavaScript expressions: the form's entry, its numbers, and index and label of number `k`.
+    """
     v.VTextField(
         v_for=f"(number, k) in {values}",
         key=(f"{entry}.key + {index} + refusals",),
@@ -206,7 +255,10 @@ def _numbers(entry: str, values: str, index: str, label: str) -> None:
 
 
 def form(entries: str) -> None:
-    """Add an input for each entry, according to the kind of its field."""
+    """Add an input for each entry of the JavaScript list `entries`.
+
+    The input depends on the kind of the entry's field.
+    """
     with html.Div(v_for=f"field in {entries}", key=("field.key",), raw_attrs=[':data-field="field.name"']):
         with html.Div(v_if="field.map", classes="studio-row", title=("field.help",)):
             html.Span("{{ field.label }}", classes="studio-label")
@@ -271,7 +323,23 @@ def form(entries: str) -> None:
 
 
 def file_input(what: str, label: str, *, name: str = "", more: str = "", found: str = "", **attributes: Any) -> None:
-    """Add a file input, which uploads the chosen file by HTTP. `found` is its `data-test`, by default "upload-…"."""
+    """Add an input for a file, which is uploaded by HTTP.
+
+    Parameters
+    ----------
+    what : str
+        Kind of file, the last folder of the upload's address.
+    label : str
+        Label of the input.
+    name : str
+        Name for tests; by default, `what`.
+    more : str
+        JavaScript that continues the address.
+    found : str
+        The input's `data-test`; by default "upload-", followed by `name`.
+    **attributes
+        Further attributes of the input.
+    """
     sent = f"'bring/{what}?name=' + encodeURIComponent([].concat($event)[0].name){more}"
     v.VFileInput(
         key=(f"'{name or what}' + uploads",),

@@ -1,4 +1,4 @@
-"""What measures and compares a studio's view: histogram, probe and snapshots; and how the view is drawn for it."""
+"""Measurement and comparison of a studio's view: histogram, probe and snapshots; and coarse pictures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ class Instruments:
     subplot : Subplot
         The subplot, with gizmos.
     later : callable
-        Schedules a call: takes seconds and the function. If it is scheduled already, its time changes.
+        Function that schedules a call. It takes the delay in seconds and the function to call. If this call is
+        scheduled already, its time changes.
     draw : callable
         Requests a frame.
     say : callable
@@ -57,7 +58,7 @@ class Instruments:
 
     @property
     def triggers(self) -> dict[str, Callable[..., Any]]:
-        """Triggers of the page."""
+        """Functions that the page can trigger, by name."""
         return {
             "snapshot": self._keep,
             "restore_snapshot": self.snapshots.restore,
@@ -68,27 +69,30 @@ class Instruments:
         }
 
     def _keep(self, *given: Any) -> Any:
-        """Keep a snapshot of the meshes themselves, even right after an edit."""
+        """Store a snapshot in which all triangles are drawn, even right after an edit.
+
+        `given` are the trigger's arguments.
+        """
         self.hurry.end()
         return self.snapshots.keep(*given)
 
     def shown(self) -> dict[str, Any]:
-        """Return the values for the page that change with a frame."""
+        """Return the part of the page's state that changes with a frame."""
         return {"probe": self.probe.shown(), "snapshots": self.snapshots.shown()}
 
     def triggered(self, name: str) -> None:
-        """Draw large meshes coarsely after a trigger that changes the picture."""
+        """Draw large meshes coarsely if the trigger `name` changes the picture."""
         if name in TRIGGERS:
             self.hurry.begin()
 
     def drawn(self) -> None:
-        """Schedule a new histogram after a frame."""
+        """Schedule a new histogram. This is called after each frame."""
         if not self._is_due:
             self._is_due = True
             self._later(self.histogram.wait, self._count)
 
     def _count(self) -> None:
-        """Show the histogram of the picture if it has changed."""
+        """Update the page's histogram if the picture has changed."""
         self._is_due = False
         found, is_awaiting = self.histogram.count(), self._subplot.lit.is_awaiting
         if found is not None:
@@ -97,11 +101,11 @@ class Instruments:
                 self._draw()
 
     def scale(self, ratio: float) -> None:
-        """Draw gizmos and texts for a screen with so many device pixels per CSS pixel."""
+        """Set the number of device pixels per CSS pixel, `ratio`, so that gizmos and texts keep their size."""
         self._subplot.renderer.GetRenderWindow().SetDPI(round(USUAL_DPI * ratio))
 
     def add_routes(self, router: Any) -> None:
-        """Add the handlers of requests."""
+        """Add the handlers of HTTP requests to the server's router."""
         router.add_get("/snapshot/{number}.jpg", pictures(self.snapshots))
 
     def release(self) -> None:

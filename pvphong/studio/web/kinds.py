@@ -28,8 +28,9 @@ def kind_of(light: Light) -> str:
 
 
 def new_reflectance(name: str) -> Any:
-    """Return a reflectance by the name of its kind in scene files. Parameters without a default are set to the middle
-    of their range, or to grey.
+    """Return a new reflectance of the kind that scene files call `name`.
+
+    Parameters without a default are set to the middle of their range, or to grey.
     """
     kind = REFLECTANCES[check.choice("reflectance", name, REFLECTANCES)]
     missing = {each.name for each in dataclass_fields(kind) if each.default is MISSING}

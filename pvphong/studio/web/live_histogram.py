@@ -1,4 +1,7 @@
-"""The page's histogram: counted again after a frame that differs, but at most for a fifth of the time."""
+"""The page's histogram.
+
+It is counted again when the picture changes, but counting takes at most a fifth of the time.
+"""
 
 from __future__ import annotations
 
@@ -50,14 +53,14 @@ class LiveHistogram:
 
     @property
     def _picture(self) -> Any:
-        """A stamp that changes with the picture, apart from gizmos; cheap to compare."""
+        """A value that changes with the picture, apart from gizmos; cheap to compare."""
         renderer = self._subplot.renderer
         drawn = tuple((id(actor), actor.GetRedrawMTime(), actor.GetVisibility()) for actor in renderer.GetActors())
         return renderer.GetActiveCamera().GetMTime(), renderer.GetSize(), self._subplot.lit.display, drawn
 
 
 def shown(found: Histogram) -> dict[str, Any]:
-    """Return a histogram for the page: its outline as an SVG path, and the clipped shares as texts.
+    """Return the page's state for a histogram: its outline as an SVG path, and the clipped fractions as texts.
 
     The height is the square root of the count, so that a large background hides nothing.
     """
@@ -72,5 +75,5 @@ def shown(found: Histogram) -> dict[str, Any]:
 
 
 def percent(share: float) -> str:
-    """Return a share as a text; "" if it is 0."""
+    """Return a fraction as a text in per cent; "" if it is 0."""
     return "" if share == 0.0 else "< 0.1 %" if share < 1e-3 else f"{100.0 * share:.1f} %"

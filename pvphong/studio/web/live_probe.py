@@ -1,4 +1,4 @@
-"""The page's probe: reads the vertex under the cursor, and pins that stay and follow edits."""
+"""The page's probe. It reads the vertex under the cursor, and pins: vertices that stay in the list and follow edits."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class _Pin:
     local: Vector
     """The pinned point, in the mesh's own coordinates."""
     geometry: Any
-    """`LitMesh.geometry` when the vertex was found, without the matrix."""
+    """`LitMesh.geometry`, without the matrix, when the vertex was found."""
 
 
 class LiveProbe:
     """Reads lit values in the view of a page.
 
-    While it is on, the vertex under the cursor is marked and read, and a click pins it.
+    While the probe is on, the vertex under the cursor is marked and read. A click pins the vertex.
 
     Parameters
     ----------
@@ -83,11 +83,11 @@ class LiveProbe:
     # -- triggers of the page
 
     def switch(self, on: Any) -> None:
-        """Begin or end reading under the cursor. Pins stay."""
+        """Switch the reading under the cursor on or off. Pins stay."""
         self.is_on, self._under, self._pressed = check.flag("on", on), None, None
 
     def unpin(self, number: Any = None) -> None:
-        """Remove a pin, or all pins."""
+        """Remove the pin with a number; without a number, remove all pins."""
         self._pins = [] if number is None else [pin for pin in self._pins if str(pin.number) != str(number)]
 
     # -- the mouse
@@ -101,7 +101,7 @@ class LiveProbe:
         self._pressed, self._is_held = (self._gizmos.cursor if self.is_on else None), True
 
     def _release(self) -> None:
-        """Pin the vertex under the cursor, if the press and release are a click."""
+        """Pin the vertex under the cursor, unless the mouse has moved since the button was pressed."""
         pressed, self._pressed, self._is_held = self._pressed, None, False
         if pressed is None or not self.is_on:
             return
@@ -119,7 +119,7 @@ class LiveProbe:
         self._pins.append(_Pin(free, place, place.local, place.mesh.geometry()[0]))
 
     def _pick(self) -> Place | None:
-        """Return the vertex next to the surface point under the cursor; None if there is no surface."""
+        """Return the mesh's vertex nearest to the surface point under the cursor; None if no surface is there."""
         renderer, gizmos = self._subplot.renderer, self._gizmos
         if not gizmos.is_pointed_at or gizmos.hovered is not None:
             return None
@@ -137,7 +137,7 @@ class LiveProbe:
     # -- marks in the view
 
     def _update_pins(self) -> list[_Pin]:
-        """Find the vertices of pins again whose mesh has other faces now; return the pins of visible meshes."""
+        """Return the pins of visible meshes. If a mesh has changed, find the pinned vertex again."""
         shown = self._subplot.lit.shown
         here = [pin for pin in self._pins if pin.place.mesh in shown and pin.place.mesh.drawn.n_points]
         for pin in here:
@@ -148,7 +148,7 @@ class LiveProbe:
         return here
 
     def _draw(self, drawing: Drawing) -> None:
-        """Mark the pins, with their numbers, and the vertex under the cursor."""
+        """Mark the pins, with their numbers, and the vertex under the cursor, in a drawing."""
         drawing.color, drawing.edge = _MARK, DARK_EDGE
         for pin in self._update_pins():
             drawing.handle(np.array(pin.place.position))
@@ -159,7 +159,7 @@ class LiveProbe:
 
     @property
     def _is_read(self) -> bool:
-        """True if there is a vertex under the cursor."""
+        """True if the probe is on and a vertex is under the cursor."""
         under = self._under
         is_there = under is not None and under.mesh in self._subplot.lit.shown
         return self.is_on and under is not None and is_there and under.row < under.mesh.drawn.n_points
@@ -167,7 +167,7 @@ class LiveProbe:
     # -- values for the page
 
     def shown(self) -> dict[str, Any]:
-        """Return the readings for the page."""
+        """Return the page's state: the readings under the cursor and of each pin."""
         under = self._entry(self._under, "") if self._is_read and self._under is not None else None
         pins = [self._entry(pin.place, str(pin.number)) for pin in self._update_pins()]
         return {"on": self.is_on, "under": under, "pins": [pin for pin in pins if pin is not None]}
@@ -193,7 +193,7 @@ class LiveProbe:
 def entry(
     found: Probe, number: str, names: dict[str, str], hues: dict[str, Vector], *, bounces: bool
 ) -> dict[str, Any]:
-    """Return a reading for the page: its vertex, its colour, and a bar for each part of the light.
+    """Return the page's entry for a reading: its vertex, its colour, and a bar for each part of the light.
 
     Parameters
     ----------
@@ -202,9 +202,9 @@ def entry(
     number : str
         Number of the pin; "" under the cursor.
     names, hues : dict
-        Label of each light → its name on the page, and its colour.
+        Name of each light on the page, and its colour; the keys are those of `found.shares`.
     bounces : bool
-        True to list bounced light.
+        True to include a bar for bounced light.
     """
     parts = [("ambient", found.base, _GREY), *((names[k], share, hues[k]) for k, share in found.shares.items())]
     parts += [("bounced", found.bounced, _GREY)] * bounces

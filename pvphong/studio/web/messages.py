@@ -40,7 +40,7 @@ class Remedy(NamedTuple):
     label : str
         Text of the button.
     calls : list
-        Triggers that it calls one after the other, each as a list of name and arguments.
+        Triggers that the button calls one after the other, each as a list of name and arguments.
     """
 
     label: str
@@ -71,7 +71,7 @@ def in_page_words(message: str) -> str:
 
 
 def _shortened(number: str) -> str:
-    """Return the text of a number without a fraction of zero; other texts are returned unchanged."""
+    """Return a number's text without a fraction of zero: "2.0" becomes "2". Other texts are returned unchanged."""
     return re.sub(r"(?<=\d)\.0$", "", number)
 
 
@@ -94,7 +94,7 @@ def remedies(message: str, trigger: str, args: Sequence[Any]) -> list[Remedy]:
     trigger : str
         Name of the trigger that raised it.
     args : sequence
-        Arguments of the trigger.
+        Arguments of this trigger.
     """
     found = _REFUSAL.fullmatch(message)
     if found is None:
@@ -113,7 +113,7 @@ def remedies(message: str, trigger: str, args: Sequence[Any]) -> list[Remedy]:
 
 
 def _values(found: re.Match[str]) -> list[str]:
-    """Return values that the message suggests in place of the refused one."""
+    """Return the values that the message suggests in place of the refused one. `found` is a match of the message."""
     got, allowed = found["got"], found["allowed"]
     if allowed == _THOUSANDS:
         both = {got.replace(",", ""): None}  # a dictionary keeps the order

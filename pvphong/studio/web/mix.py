@@ -68,7 +68,7 @@ class Fader:
 
 
 class Shares:
-    """The base and each light's share of the colours of one mesh, in one scene.
+    """The base and each light's share of the colours of one mesh.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ class Shares:
     lights : sequence of RendererLight
         The scene's lights, in the scene's order.
     scene : Scene
-        The scene with all lights on.
+        The scene, with all lights switched on.
     occluders : KnownOccluders or sequence
-        The occluders. With a sequence, the mesh itself is an occluder too.
+        The meshes that block light. With a sequence, the mesh itself blocks light too.
 
     Raises
     ------
@@ -111,9 +111,10 @@ class Shares:
         self._factors: dict[RendererLight, Vector] = {}
 
     def mix(self, factors: Mapping[RendererLight, Vector], out: ByteArray, display: Display) -> None:
-        """Write the colours of a mix to `out`, shape (n, 3), as the display shows them.
+        """Write the colours of a mix to `out`, shape (n, 3), after the display transform.
 
-        The same fader usually moves again. So the sum of the base and all shares except that fader's is cached.
+        `factors` has the factors of red, green and blue for each light. The same fader usually moves several times in a
+        row. So the sum of all other shares and the base is cached.
         """
         known = {each: factors.get(each, (1.0, 1.0, 1.0)) for each in self._shares}
         changed = [each for each in known if self._factors.get(each) != known[each]]
@@ -129,7 +130,7 @@ class Shares:
 
 
 def colors_of(mesh: LitMesh) -> ByteArray:
-    """Return the array of a mesh's drawn colours, to be written in place."""
+    """Return a view of the array of a mesh's drawn colours; writing to it changes the mesh."""
     return vtk_to_numpy(mesh.drawn.GetPointData().GetAbstractArray(ARRAY))
 
 
@@ -142,7 +143,7 @@ class Mix:
     Parameters
     ----------
     subplot : Subplot
-        The subplot; its lights are not changed until the mix is applied to them.
+        The subplot. The mix does not change its lights.
     """
 
     def __init__(self, subplot: Subplot) -> None:
@@ -162,7 +163,7 @@ class Mix:
 
     @property
     def state(self) -> MixState:
-        """The faders' state, for the undo history."""
+        """State of all faders, for the undo history."""
         return self.is_on, dict(self.faders), self.soloed
 
     @state.setter
@@ -174,7 +175,7 @@ class Mix:
     # -- faders
 
     def fader(self, renderer_light: RendererLight) -> Fader:
-        """Return a light's fader. If the light is off, its fader is muted at first."""
+        """Return a light's fader. The initial fader of a light that is off is muted."""
         known = self.faders.get(renderer_light)
         if known is not None:
             return known
@@ -189,7 +190,7 @@ class Mix:
         self.state = on, {}, None
 
     def kept(self) -> dict[RendererLight, Light]:
-        """Return light → its value after its fader is applied."""
+        """Return each light with its fader applied to its intensity and colours."""
         viewer = self._subplot.lights.viewer
         lights = self._subplot.lights.renderer_lights
         return {each: self._heard(each).kept(each.light(viewer)) for each in lights}
@@ -197,7 +198,10 @@ class Mix:
     # -- frames
 
     def refresh(self) -> None:
-        """Write the mix into the drawn colours if the mix has changed. Compute shares only if the scene has changed."""
+        """Write the mix into the drawn colours, if it has changed.
+
+        Shares are computed only if the scene has changed.
+        """
         shown = self._subplot.lit.shown
         if not self.is_on:
             self._put_back()
@@ -227,7 +231,7 @@ class Mix:
         return Shares(mesh, lights, lit, self._subplot.lit.occluders_of(mesh, lit) or ())
 
     def _put_back(self) -> None:
-        """Restore the colours without faders, except of meshes that have been lit again since."""
+        """Restore the colours without faders. Meshes that have been lit again since are correct already."""
         for mesh, shares in self._shares.items():
             is_current = mesh in self._subplot.lit.meshes and mesh.evaluations == shares.evaluations
             if is_current and not mesh.write_colors():

@@ -1,4 +1,4 @@
-"""A new light: its place, and a brightness that adds to a picture that is lit already and does not overexpose it."""
+"""A new light: its place, and an intensity that brightens the picture without overexposing it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ _DARK = 1.0 / 255.0  # a mean below this is no picture that a light could spoil
 
 
 def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, right: float = 0.0) -> Light:
-    """Return a light in world coordinates that shines on a scene from the upper left, at a suitable intensity.
+    """Return a light in front of the scene, in world coordinates, at a suitable intensity.
+
+    It shines from the upper left.
 
     Parameters
     ----------
@@ -37,9 +39,9 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
     center, size
         The scene's centre, and half its diagonal.
     viewer : Viewer
-        Defines left and up.
+        The viewer, who defines left and up.
     right : float, default 0
-        Offset to the right, in scene sizes.
+        Offset of the light to the right, as a multiple of `size`.
     """
     middle, axes = np.array(center), viewer.axes
     place = middle + size * np.add(_PLACE, (right, 0.0, 0.0)) @ axes
@@ -58,10 +60,10 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
 
 
 def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
-    """Return a light with the intensity at which it raises the mean of the picture by a third of a stop.
+    """Return a light with an intensity that raises the mean colour of the picture by a third of a stop.
 
-    The mean is that of the surfaces that face the viewer. Shadows of the new light and clipping are left out, so that
-    the picture may become less bright. A light adds at most 0.6 anywhere, so that a narrow spot does not glare. If the
+    The mean is that of the surfaces that face the viewer. Shadows of the new light, and clipping, are neglected, so the
+    true increase may be smaller. A light adds at most 0.6 anywhere, so that a narrow spot is not too bright. If the
     picture is black, or the light reaches nothing, the light is returned unchanged.
 
     Parameters
@@ -69,7 +71,7 @@ def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
     light : Light
         The new light, at its place.
     scene : Scene
-        The scene without it.
+        The scene without the new light.
     meshes : sequence of LitMesh
         The meshes, with their present colours.
     """
@@ -90,12 +92,16 @@ def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
 
 
 def _sum(colors: Float64Array, triangles: np.ndarray, weights: Float64Array) -> float:
-    """Return the weighted sum of the mean colours of triangles."""
+    """Return the weighted sum over triangles of the mean colour of each triangle.
+
+    `colors` are those of the vertices, shape (n, 3). `triangles` has the vertices of each triangle, shape (m, 3), and
+    `weights` its weight, shape (m,).
+    """
     return float(weights @ colors.mean(axis=1)[triangles].mean(axis=1))
 
 
 def _towards(viewer: Viewer, mesh: LitMesh, triangles: np.ndarray) -> Float64Array:
-    """Return the area of each triangle as the viewer sees it, (m,); 0 if it faces away."""
+    """Return the area of each triangle as the viewer sees it, shape (m,); 0 for triangles that face away."""
     points = np.asarray(mesh.drawn.points, np.float64)
     if mesh.matrix is not None:
         points = transform_points(points, mesh.matrix)
@@ -106,7 +112,7 @@ def _towards(viewer: Viewer, mesh: LitMesh, triangles: np.ndarray) -> Float64Arr
 
 
 def _share(light: Light, scene: Scene, mesh: LitMesh) -> Float64Array:
-    """Return what a light adds to the colours of a mesh, without shadows, (n, 3)."""
+    """Return the colours (n, 3) that a light adds to a mesh, without shadows."""
     model = replace(scene.light_model, shadows=False, ambient_occlusion=False, bounces=0, ambient=0.0, clamp=False)
     colors = []
     for intensity in (light.intensity, 0.0):

@@ -19,7 +19,10 @@ from pvphong.studio.gizmos.view import vector
 
 
 def _turn(name: str, value: Any, **limits: Any) -> float:
-    """Return an angle within half a turn. Angles beyond it are the same direction."""
+    """Return an angle in degrees within half a turn, −180° to 180°. Angles outside this range are reduced to it.
+
+    `name` and `limits` are for the check of the result.
+    """
     number = check.number(name, value)
     return check.number(name, math.remainder(number, 360.0) if abs(number) > 180.0 else number, **limits)
 
@@ -30,7 +33,7 @@ def _distance(name: str, value: Any, **limits: Any) -> float | None:
 
 @dataclass(frozen=True)
 class Placing:
-    """Place of a light, as seen from its target.
+    """Place of a light, relative to its target.
 
     Parameters
     ----------
@@ -59,7 +62,7 @@ class Placing:
 
 
 def placing_of(shown: LightInScene) -> Placing | None:
-    """Return the place of a light in world coordinates; None for a headlight and for light from all around."""
+    """Return the place of a light relative to its target; None for a headlight and for light from all around."""
     if not is_movable(shown.light) or not (shown.light.places or shown.along is not None):
         return None
     offset = shown.origin - _target(shown)
@@ -74,7 +77,7 @@ def placing_of(shown: LightInScene) -> Placing | None:
 
 
 def placed(shown: LightInScene, placing: Placing) -> Light:
-    """Return a light in world coordinates at another place about its target. It still shines on the target.
+    """Return the light at another place relative to its target, in world coordinates. It still shines on the target.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """The accuracy report, measured in a separate process to keep the view responsive.
 
-The process runs at low priority, reads mesh and scene from a file, prints its progress, and can be cancelled.
+The process runs at low priority. It reads mesh and scene from a file and prints its progress. It can be cancelled.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Measuring:
         self._task: asyncio.Task[None] | None = None
 
     def start(self, work: dict[str, Any]) -> None:
-        """Start a measurement; cancel a running one.
+        """Start a measurement. If another is running, cancel it.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class Measuring:
             self._show(Report(doing="cancelled"))
 
     async def answer(self, _request: web.Request) -> web.StreamResponse:
-        """Answer a request for the report's figure."""
+        """Answer an HTTP request for the report's figure."""
         figure = self.report.figure
         return web.Response(body=figure, content_type="image/png") if figure else web.Response(status=404)
 
@@ -137,7 +137,7 @@ class _Pickler(pickle.Pickler):
     """A pickler that also supports textures, which VTK cannot pickle."""
 
     def reducer_override(self, thing: Any) -> Any:
-        """Return the function and the arguments that reconstruct a texture. Other objects use the default."""
+        """Return a function and its arguments that rebuild a texture. Other objects are pickled by default."""
         if isinstance(thing, type) or not is_texture(thing) or thing.GetInput() is None:
             return NotImplemented
         settings = thing.GetWrap(), thing.GetBorderColor(), thing.GetUseSRGBColorSpace(), thing.GetColorMode()
@@ -145,7 +145,10 @@ class _Pickler(pickle.Pickler):
 
 
 def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, color_mode: int) -> pv.Texture:
-    """Return a texture with the settings that affect sampling."""
+    """Return a texture with an image and settings. `is_encoded` is true for an image in sRGB.
+
+    These are all the settings that affect sampling.
+    """
     texture = pv.Texture(image)
     texture.SetWrap(wrap)
     texture.SetBorderColor(*border)
@@ -155,7 +158,7 @@ def _texture(image: pv.ImageData, wrap: int, border: Any, is_encoded: bool, colo
 
 
 def _result(folder: Path) -> Report:
-    """Read the results of the separate process."""
+    """Return the report that the separate process has written to `folder`."""
     try:
         found = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     except OSError:
@@ -165,7 +168,7 @@ def _result(folder: Path) -> Report:
 
 
 def work(folder: str) -> None:
-    """Measure in the separate process and write the results to the folder."""
+    """Measure in the separate process. The files in `folder` have the arguments, and get the results."""
     with suppress(AttributeError, OSError):  # not available on all platforms
         os.nice(_NICE)
     place = Path(folder)

@@ -61,9 +61,10 @@ def serve(
     host: str,
     keep: str | os.PathLike[str] | None,
 ) -> StudioFrame | None:
-    """Serve a studio until Ctrl-C. If an event loop is running, serve it there, and return a frame that shows it.
+    """Serve a studio until Ctrl-C.
 
-    The options are the same as for `plotter.phong.studio`.
+    If an event loop is already running, serve it there, and return a frame that shows it. The options are those of
+    `plotter.phong.studio`.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def _is_in_loop() -> bool:
 
 
 def free_port(host: str, port: int) -> int:
-    """Return the port, or a free port if `port` is 0. To test the port, it is opened for a moment.
+    """Return the port, or a free port if `port` is 0. The port is opened for a moment as a test.
 
     Raises
     ------

@@ -24,8 +24,8 @@ class Accuracy:
         Largest colour error allowed to save time, where 1 is full intensity; 1/255 = 0.0039 is one step of a display.
         It applies to the plan and to downloads; the view is exact at vertices.
     refine : float, optional
-        Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the view is
-        refined, with crisp edges of shadows and cones. If None, the view shows the mesh's own vertices.
+        Largest colour error inside triangles in the view, where 1 is full intensity. While nothing moves, the meshes
+        are refined, so that edges of shadows and cones are crisp. If None, the view shows the mesh's own vertices.
     """
 
     tolerance: float = check.field(partial(check.number, at_least=0.0, at_most=0.1), 0.0, unit="of 1")
@@ -59,7 +59,7 @@ class Background:
     Parameters
     ----------
     background : color
-        Its colour. Colours above 1 are shown as 1.
+        The colour. Channels above 1 are shown as 1.
     transparent : bool, default False
         Leave the background of a downloaded picture out: the .png is transparent where no mesh and no stage is.
     """

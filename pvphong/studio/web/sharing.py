@@ -1,5 +1,6 @@
-"""One view for several browsers: it has the size of the largest, and the others show it whole, with bars at the sides.
+"""One view for several browsers. It has the size of the largest browser view.
 
+The other browsers show all of it, with bars at the sides.
 So no browser changes another's picture. Positions of the mouse are converted from each browser's view to the shared
 one.
 """
@@ -16,20 +17,20 @@ Size = Mapping[str, float]
 
 
 def shared_view(plotter: Any) -> Any:
-    """Add the view to the page. All of its picture is visible, also in a browser of another shape."""
+    """Add the view to the page. A browser with another shape also shows the whole picture."""
     whole = "{ width: '100%', height: '100%', objectFit: 'contain' }"
     return PyVistaRCAView(plotter, send_mouse_move=True, image_style=(whole,), style="width: 100%; height: 100%")
 
 
 class SharedSize:
-    """The sizes of all browsers' views, and the size of the shared view."""
+    """Sizes of all browsers' views, and the size of the shared view."""
 
     def __init__(self) -> None:
         self._sizes: dict[str, Size] = {}
 
     @property
     def size(self) -> Size | None:
-        """Size of the shared view, that of the client with the largest area; None without clients."""
+        """Size of the shared view: that of the browser's view with the largest area. None without browsers."""
         return max(self._sizes.values(), key=lambda size: size["w"] * size["h"], default=None)
 
     def put(self, client_id: str, size: Size) -> None:
@@ -37,16 +38,16 @@ class SharedSize:
         self._sizes[client_id] = size
 
     def remove(self, client_id: str) -> bool:
-        """Forget a client; return True if the size of the shared view changes."""
+        """Forget a client. Return True if this changes the size of the shared view."""
         before = self.size
         self._sizes.pop(client_id, None)
         return self.size != before
 
     def converted(self, event: dict[str, Any], client_id: str) -> dict[str, Any]:
-        """Return an event of a client's view, as from `view_event`, with positions in the shared view.
+        """Return an event of a client's view with its positions converted to the shared view.
 
-        The client shows the shared view as large as possible in the middle of its own view. Positions beside it are
-        outside the shared view.
+        The client shows the shared view as large as possible in the middle of its own view. Positions on the bars are
+        outside the shared view. `event` comes from `view_event`.
         """
         own, shared = self._sizes.get(client_id), self.size
         if own is None or shared is None or own == shared or not (own["w"] and own["h"]):

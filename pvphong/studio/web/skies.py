@@ -1,4 +1,4 @@
-"""Images of environment lights, as they are uploaded."""
+"""Uploaded images for environment lights."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pvphong.studio.web.fields import fields_of
 
 
 def image_in(image: Any, light: Light) -> tuple[str, Any]:
-    """Return the name of the field of a light that takes an image, and the field's value.
+    """Return the name of the field of `light` that takes an image, and the value for it, made from `image`.
 
     Raises
     ------
@@ -36,7 +36,10 @@ def image_in(image: Any, light: Light) -> tuple[str, Any]:
 
 
 def with_image(light: Light, name: str, image: Any) -> Light:
-    """Return a light with an image, and everything that is slow to compute from it."""
+    """Return `light` with `image` in its field `name`.
+
+    Values that are slow to compute from the image are computed now.
+    """
     changes: dict[str, Any] = {name: image}
     changed = replace(light, **changes)
     # Both calls cache slow computations with the image. Done here, these do not block the thread that draws.

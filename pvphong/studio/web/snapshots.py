@@ -27,7 +27,7 @@ _QUALITY = 92  # of JPEG pictures
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A kept state.
+    """A stored state of the document.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Snapshots:
     Parameters
     ----------
     document : Document
-        The values that are kept and restored.
+        The values that are stored and restored.
     subplot : Subplot
         The subplot, with gizmos.
     """
@@ -69,7 +69,10 @@ class Snapshots:
     # -- triggers of the page
 
     def keep(self, name: Any = None) -> None:
-        """Keep the present state as A or B. By default, it is the free one, or else the older one."""
+        """Store the present state as snapshot `name`, "A" or "B".
+
+        Without a name, use a free name, or else that of the older snapshot.
+        """
         if name is None:
             name = min(NAMES, key=lambda each: self._kept[each].number if each in self._kept else 0)
         check.choice("name", name, NAMES)
@@ -81,16 +84,16 @@ class Snapshots:
         self._kept[name] = kept
 
     def restore(self, name: Any) -> None:
-        """Restore a snapshot, as one undo step. The camera stays."""
+        """Restore the snapshot `name`, as one undo step. The camera stays."""
         self._document.restore(self._of(name).state)
 
     def look_from(self, name: Any) -> None:
-        """Move the camera to where it was."""
+        """Move the camera to its position when the snapshot `name` was stored."""
         aim(self._subplot.renderer, self._of(name).viewer)
         self._subplot.renderer.ResetCameraClippingRange()
 
     def forget(self, name: Any) -> None:
-        """Delete a snapshot."""
+        """Delete the snapshot `name`."""
         del self._kept[check.choice("name", name, self._kept)]
 
     def _of(self, name: Any) -> Snapshot:
@@ -99,7 +102,7 @@ class Snapshots:
     # -- values for the page
 
     def shown(self) -> dict[str, Any]:
-        """Return the snapshots for the page, and the pairs that can be compared, such as "A | now"."""
+        """Return the page's state: the snapshots, and the pairs that can be compared, such as "A | now"."""
         viewer, names = self._subplot.lights.viewer, [name for name in NAMES if name in self._kept]
         listed = [
             {
@@ -114,7 +117,7 @@ class Snapshots:
         return {"list": listed, "pairs": pairs, "urls": {each["name"]: each["url"] for each in listed}}
 
     def picture(self, number: str) -> bytes | None:
-        """Return the picture of a snapshot by its number; None if there is no such snapshot."""
+        """Return the picture of the snapshot with a number; None if there is no such snapshot."""
         return next((each.picture for each in self._kept.values() if str(each.number) == number), None)
 
     def _picture(self) -> bytes:
@@ -132,7 +135,7 @@ class Snapshots:
 
 
 def pictures(snapshots: Snapshots) -> Any:
-    """Return a handler of requests for the pictures of snapshots."""
+    """Return the handler of HTTP requests for the pictures of snapshots."""
     from aiohttp import web
 
     async def answer(request: web.Request) -> web.StreamResponse:

@@ -25,7 +25,7 @@ class Staging:
 
     @property
     def mesh(self) -> LitMesh | None:
-        """The stage that is drawn; None if there is none."""
+        """The stage as a lit mesh; None if there is none."""
         return self._subplot.lit.stage
 
     @property
@@ -44,7 +44,7 @@ class Staging:
         refine : float or None
             Tolerance of refined pictures, if the view is refined.
         material : Material, optional
-            Its material; by default that of the earlier stage.
+            The stage's material; by default, that of the earlier stage.
         """
         before = self.mesh
         if not kind:
@@ -62,7 +62,10 @@ class Staging:
             self.put(stage.stage.kind if self._subplot.lit.subjects else "", refine, stage.material)
 
     def show(self, stage: LitMesh | None, refine: float | None) -> None:
-        """Draw a stage again that was drawn before, or none."""
+        """Show `stage`, which was drawn before; None removes the stage.
+
+        `refine` is the tolerance of refined pictures, if the view is refined.
+        """
         before, renderer = self.mesh, self._subplot.renderer
         if stage is before:
             return

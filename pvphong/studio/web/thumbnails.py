@@ -1,6 +1,6 @@
 """Thumbnails: a sphere for each named material, reflectance and set-up of lights.
 
-pvphong lights several vertices per pixel.
+The spheres are lit by pvphong, with several vertices per pixel.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def thumbnail(kind: str, name: str) -> bytes:
 
 
 async def answer(request: web.Request) -> web.StreamResponse:
-    """Answer a request for the thumbnail of a material or reflectance."""
+    """Answer an HTTP request for a thumbnail. The address names its kind."""
     try:
         image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
     except ValueError:

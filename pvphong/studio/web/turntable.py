@@ -28,7 +28,7 @@ _WIDEST = 720  # pixels
 
 
 def pictures_in(given: Any) -> int:
-    """Return the number of pictures, from 8 to 120, given as a number or text."""
+    """Return the number of pictures of a turntable, from 8 to 120; `given` is a number or a text."""
     number = check.number("pictures", number_in("pictures", given), at_least=8.0, at_most=120.0)
     return int(number) if number.is_integer() else check.refuse("pictures", given, "a whole number")
 
@@ -39,7 +39,7 @@ def around(viewer: Viewer, middle: Any, turn: float) -> Viewer:
     Parameters
     ----------
     viewer : Viewer
-        The viewer at the start. The coordinate axis nearest to its `up` is vertical.
+        The viewer at the start. The vertical is the coordinate axis nearest to the viewer's up vector.
     middle : array_like
         The point, shape (3,).
     turn : float
@@ -60,7 +60,7 @@ def around(viewer: Viewer, middle: Any, turn: float) -> Viewer:
 
 
 class Turntable:
-    """Draws a turntable, and keeps the last one.
+    """Draws turntables, and stores the last one.
 
     Parameters
     ----------
@@ -80,26 +80,27 @@ class Turntable:
         self._is_released = False
 
     def shown(self, stem: str) -> dict[str, Any]:
-        """Return the values for the page: the progress in per cent, and the address of the last turntable. `stem` is
-        the beginning of its name.
+        """Return the page's state: the progress in per cent, and the address of the last turntable.
+
+        `stem` is the beginning of the file name in the address.
         """
         address = f"turntable/{quote(stem)}-{self.count}.gif" if self.gif else ""
         return {"turntable": None if self.part is None else round(100.0 * self.part), "turntable_file": address}
 
     async def answer(self, _request: web.Request) -> web.StreamResponse:
-        """Answer a request for the last turntable."""
+        """Answer an HTTP request for the last turntable."""
         return web.Response(body=self.gif, content_type="image/gif") if self.gif else web.Response(status=404)
 
     def start(self, downloads: Downloads, pictures: int, done: Callable[[str], None]) -> None:
-        """Start to draw. The camera begins at the present view, and keeps its height and distance.
+        """Start to draw a turntable. The camera begins at the present view, and keeps its height and distance.
 
         Parameters
         ----------
         downloads : Downloads
-            The meshes with their scene, and size, background and display of the pictures. The GIF is at most 720 pixels
-            wide.
+            The meshes with their scene. They also define the pictures' size, background and display transform; the GIF
+            is at most 720 pixels wide.
         pictures : int
-            Number of pictures; the turn lasts 4 seconds.
+            Number of pictures. The whole turn lasts 4 seconds.
         done : callable
             Called with a message at the end.
 
@@ -147,8 +148,9 @@ class Turntable:
             done(said)
 
     async def _write(self, downloads: Downloads, pictures: int, path: Path) -> None:
-        """Draw the pictures in a plotter of their own. Lighting is computed in another thread, so that the page stays
-        live.
+        """Draw the pictures in a separate plotter, and write them to `path`.
+
+        Lighting is computed in another thread, so that the page stays responsive.
         """
         scene, (width, height) = downloads.scene, downloads.picture.size
         viewer = scene.viewer
@@ -192,7 +194,10 @@ class Turntable:
 
 
 async def _finished(work: Callable[[], Any]) -> None:
-    """Do work in another thread. If the task is cancelled meanwhile, end only after the work: it uses the plotter."""
+    """Run `work` in another thread and wait for it.
+
+    If the task is cancelled meanwhile, still wait until `work` has ended, because it uses the plotter.
+    """
     doing = asyncio.ensure_future(asyncio.to_thread(work))
     try:
         await asyncio.shield(doing)

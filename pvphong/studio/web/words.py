@@ -16,7 +16,7 @@ LABELS: Mapping[str, str] = {
     "seconds": "time",
     "transparent": "transparent in pictures",
 }
-"""Names of fields whose labels on the page are different words. All others only lose their underscores."""
+"""Labels of fields whose words on the page differ from their names. Other labels are names without underscores."""
 
 _UNIT_OF_BRIGHTNESS = "× white"
 """Unit of the brightness of a light without a size: at 1, a white surface that faces the light is white."""
@@ -31,12 +31,12 @@ LIGHTS: Mapping[str, str] = {"rectangle": "softbox", "disk": "round softbox"}
 
 
 def label_of(name: str) -> str:
-    """Return the label of a field."""
+    """Return the page's label of the field `name`."""
     return LABELS.get(name, name.replace("_", " "))
 
 
 def in_words(entries: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the entries of a form with labels, units and choices in the page's words."""
+    """Return a form's entries with labels, units and choices in the page's words."""
     found = []
     for entry in entries:
         name = entry["name"]

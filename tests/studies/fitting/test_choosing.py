@@ -73,5 +73,6 @@ def test_colors_of_the_chosen_lights_are_found_too_and_clamping_counts():
 
 def test_lights_of_which_something_would_be_left_are_not_chosen_among():
     lamps = [replace(lamp, specular="white") for lamp in LAMPS[:3]]
-    with pytest.raises(ValueError, match=r"^vary must be an intensity, or all colours; got some colours of 'lamp 0'"):
+    allowed = "an intensity, or all colours, of each light if max_lights is given"
+    with pytest.raises(ValueError, match=f"^vary must be {allowed}; got only some colours of 'lamp 0'"):
         MESH.phong.fit(ph.Scene(lamps, VIEWER), MATERIAL, lit({0: 0.5}), "diffuse", max_lights=1)

@@ -119,7 +119,10 @@ def test_the_lights_of_vtks_own_picture_come_back(new_plotter):
         ({"image": "no.txt"}, r"image must be the path of a picture, such as view\.png; got no\.txt"),
         ({"image": "no.png"}, r"image must be .* image file that exists"),
         ({"camera": 3}, r"camera must be a pyvista\.Camera or a vtkCamera; got 3"),
-        ({"camera": ph.Viewer(position=(9, 9, 9), focal_point=(10, 9, 9))}, r"camera must be one whose picture shows"),
+        (
+            {"camera": ph.Viewer(position=(9, 9, 9), focal_point=(10, 9, 9))},
+            r"camera must be a camera whose picture shows",
+        ),
         ({"encoding": "rgb"}, r"encoding must be one of 'linear', 'srgb'; got rgb"),
         ({"mesh": pv.PolyData(np.eye(3))}, r"mesh must be a mesh with faces"),
         ({"mesh": 3}, r"mesh must be a pyvista\.DataSet or a pyvista\.MultiBlock; got int"),

@@ -283,7 +283,7 @@ def test_blocks_are_fitted_together():
     weighted = blocks.phong.fit(start, MATTE, {"left": target["left"]}, "intensity", weights=everywhere)
     np.testing.assert_allclose(intensities(weighted), [0.4, 0.6], rtol=1e-6)
     with pytest.raises(
-        ValueError, match=r"target must be one whose keys are paths of blocks.*; got a mapping with 'lft'"
+        ValueError, match=r"target must be a mapping whose keys are paths of blocks.*; got a mapping with 'lft'"
     ):
         blocks.phong.fit(start, MATTE, {"lft": 0.5}, "intensity")
 
@@ -299,7 +299,7 @@ BAD = [
     ({"vary": {"sun": ""}}, r"vary\['sun'\] must be names of fields"),
     (
         {"vary": {"dark": "intensity"}},
-        r"vary must be lights that do; got 'dark', which lights none of the target's points",
+        r"vary must be lights that light points of the target; got 'dark', which lights none of these points",
     ),
     ({"vary": 3}, r"vary must be a mapping of lights to fields"),
     ({"target": np.zeros(5)}, r"target must be an array of shape \(\d+,\) or \(\d+, 3\); got an array of shape \(5,\)"),
@@ -312,7 +312,7 @@ BAD = [
     ({"weights": np.ones(3)}, r"weights must be an array with a number >= 0 .*; got an array of shape \(3,\)"),
     (
         {"target": "few", "vary": {"bulb": "position"}},
-        r"target must be one with at least 3 numbers, as many as vary; got one w",
+        r"target must be a target with at least 3 numbers, because 3 numbers of lights vary; got a target w",
     ),
     (
         {"target": "few", "weights": np.ones(BALL.n_points)},
@@ -324,10 +324,13 @@ BAD = [
     ),
     ({"max_lights": 0}, r"max_lights must be a finite number >= 1"),
     ({"tries": 1.5}, r"tries must be a whole number >= 1"),
-    ({"max_lights": 1, "vary": {"sun": "direction"}}, r"vary must be intensities and colours; got directions"),
+    (
+        {"max_lights": 1, "vary": {"sun": "direction"}},
+        r"vary must be intensities and colours if max_lights is given; got directions",
+    ),
     (
         {"material": ph.Material(reflectance=ph.PBR()), "model": ph.LightModel.vtk()},
-        r"material must be one without a gamma",
+        r"material must be a material without a gamma",
     ),
 ]
 
@@ -384,7 +387,8 @@ def test_other_lights_that_cannot_vary_are_refused():
     ):
         BALL.phong.fit(scene_of(head), MATTE, 0.5, {"head": "position"})
     with pytest.raises(
-        ValueError, match=r"must be fields that can be told apart; .* Vary its specular too, or not its i"
+        ValueError,
+        match=r"must be the intensity with all colours, or without colours; .* Vary its specular too, or not its i",
     ):
         BALL.phong.fit(scene_of(replace(SUN, specular="red")), GLOSSY, 0.5, {"sun": "intensity diffuse"})
     with pytest.raises(ValueError, match=r"of intensity 0"):
@@ -403,9 +407,7 @@ def test_visibility_and_transport_made_before_are_used():
     fit = blocks.phong.fit(start, GLOSSY, target, "intensity", **made)
     np.testing.assert_allclose(intensities(fit), [0.4, 0.3, 0.7], rtol=2e-5)
     np.testing.assert_allclose(fit.lit["floor"]["phong"], target["floor"], atol=1e-5)
-    with pytest.raises(
-        ValueError, match=r"visibility must be None if directions, positions or sizes vary; got one for"
-    ):
+    with pytest.raises(ValueError, match=r"visibility must be None if directions, positions or sizes vary; got a Visi"):
         blocks.phong.fit(start, GLOSSY, target, {"sun": "direction"}, **made)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browsers import needs_a_browser, new_browser
+from browsers import needs_a_browser
 from served import ESCAPE, SIZE, VIEWS, Page, Server
 from windowed import essence
 
@@ -10,18 +10,11 @@ pytestmark = needs_a_browser
 LAMP, SPOT = 0, 1
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    driver = new_browser(tmp_path_factory.mktemp("profile"))
-    yield driver
-    driver.quit()
-
-
 @pytest.fixture(scope="module", params=VIEWS)
-def opened(request, browser):
+def opened(request, driver):
     server = Server(request.param)
-    yield Page(server, browser)
-    browser.get("about:blank")
+    yield Page(server, driver)
+    driver.get("about:blank")
     assert server.close() == 0
 
 

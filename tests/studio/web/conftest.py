@@ -4,7 +4,6 @@ import time
 
 import pytest
 import pyvista as pv
-from browsers import new_browser
 from pages import Page, Served
 
 
@@ -14,28 +13,17 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory):
-    """One browser for all files, because its start takes seconds."""
-    browser = new_browser(tmp_path_factory.mktemp("profile"))
-    yield browser
-    browser.quit()
+def ball(tmp_path_factory):
+    """The file of the mesh that the studio shows."""
+    path = tmp_path_factory.mktemp("meshes") / "ball.ply"
+    pv.Sphere(theta_resolution=24, phi_resolution=24).save(path)
+    return path
 
 
-@pytest.fixture(scope="module")
-def driver(browser):
-    """The browser, without what the file before has left."""
-    browser.get("about:blank")
-    browser.get_log("browser")
-    yield browser
-    browser.get("about:blank")
-    assert len(browser.window_handles) == 1
-
-
-@pytest.fixture(scope="module")
-def served(folder):
-    mesh = folder / "ball.ply"
-    pv.Sphere(theta_resolution=24, phi_resolution=24).save(mesh)
-    served = Served(mesh)
+@pytest.fixture(scope="session")
+def served(ball):
+    """One server for all files, because its start takes seconds."""
+    served = Served(ball)
     yield served
     served.close()
 
@@ -47,7 +35,10 @@ def opened(driver, served):
 
 @pytest.fixture
 def page(opened):
-    """The page with all edits undone."""
+    """The page with all edits undone, and the picture's size as at first."""
+    for side, size in (("width", 1920), ("height", 1080)):
+        if opened.state(side) != size:
+            opened.trigger("type_number", side, size)
     while opened.state("can_undo"):
         opened.trigger("undo")
         time.sleep(0.1)

@@ -56,10 +56,8 @@ def test_a_download_takes_the_mesh_as_shown_while_the_view_is_refined(slow, fold
     page, home = slow, folder / "as shown"
     home.mkdir()
     page.until(lambda: "points added" in page.all("refined")[0].text)
-    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(home)})
     for suffix in ("glb", "vtp"):
-        page.click(f"download-{suffix}")
-        page.until(lambda suffix=suffix: (home / f"ring-lit.{suffix}").exists())
+        page.download(suffix, home / f"ring-lit.{suffix}")
         page.until(lambda suffix=suffix: f"ring-lit.{suffix} is as the view shows it" in page.all("notice")[0].text)
         assert page.state("refining") is not None
     colors = pv.read(home / "ring-lit.vtp")["phong"]

@@ -13,7 +13,7 @@ from pvphong.studio.web.panels.panel import panel
 
 
 def advanced() -> None:
-    """Add a sentence on the exactness of the picture with a button that improves it, the plan, and the accuracy."""
+    """Add a sentence on the picture's accuracy with a button that improves it, the plan, and the inputs."""
     with panel("Advanced", "accuracy and plan", found="advanced"):
         html.Div("{{ exactness.text }}", classes="text-body-2", **found_by("exactness", status=True))
         v.VBtn(
@@ -31,14 +31,14 @@ def advanced() -> None:
 
 @contextmanager
 def _section(title: str) -> Iterator[None]:
-    """Return a context whose elements are below a heading of the panel."""
+    """Return a context whose elements stand under the heading `title` in the panel."""
     with html.Div(classes="mt-4"):
         html.H3(title, classes="text-subtitle-2 mb-1")
         yield
 
 
 def _plan() -> None:
-    """Add the table of effects, with those that are left out."""
+    """Add the plan's tolerance and its tables of effects, one for each mesh."""
     with _section("Plan: effects that run, and their cost"):
         number_input("accuracy.tolerance", "tolerance")
         html.Div("{{ plan.accuracy }}", classes="text-caption mt-2")

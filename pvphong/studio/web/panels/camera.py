@@ -1,4 +1,4 @@
-"""The panel of the camera: views, views that are kept, the axis cross, and the turntable."""
+"""The panel of the camera: named views, saved views, the axis cross, and the turntable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The panel of the snapshots, and their comparison over the view: by a wipe, or by turns."""
+"""The panel of the snapshots, and their comparison in the view: with a movable border, or in turns."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ STYLE = """
 """
 
 OWN = {"compare": "", "pair": "", "wipe": 50}
-"""State of each browser's own: "wipe", "flicker" or ""; the pair that is compared; and the wipe in per cent."""
+"""State that each browser has for itself. `compare` is "wipe", "flicker" or "", `pair` the compared pair, `wipe` the
+border in per cent."""
 
 _PAIR = "(snapshots.pairs.includes(pair) ? pair : snapshots.pairs[0])"
 _LEFT, _RIGHT = f"{_PAIR}.split(' | ')[0]", f"{_PAIR}.split(' | ')[1]"
@@ -94,7 +95,7 @@ def _of(what: str) -> dict[str, object]:
 
 
 def over_view() -> None:
-    """Add the compared pictures over the view. The live view is visible where no picture is."""
+    """Add the pictures that are compared, over the view. The live view is visible where there is no picture."""
     with html.Div(v_if=_IS_ON, classes="studio-compare", **found_by("comparison")):
         html.Img(v_if=f"snapshots.urls[{_RIGHT}]", src=(f"snapshots.urls[{_RIGHT}]",), alt=(f"'Snapshot ' + {_RIGHT}",))
         html.Img(

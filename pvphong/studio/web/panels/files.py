@@ -76,7 +76,7 @@ def _take(what: str, label: str, tip: str, query: str = "", **more: Any) -> None
 
 
 def open_mesh(name: str) -> None:
-    """Add buttons for the examples, and a file input for a mesh."""
+    """Add buttons for the examples, and a file input for a mesh. `name` is the input's name for tests."""
     with html.Div(classes="studio-buttons mt-1"):
         v.VBtn(
             "{{ name }}",

@@ -61,7 +61,7 @@ _SEEN = "welcome = utils.get('studioWelcome').seen()"
 
 
 def welcome() -> None:
-    """Add the welcome, a dialog."""
+    """Add the welcome dialog."""
     client.ClientTriggers(mounted="welcome = utils.get('studioWelcome').isNew() ? 1 : 0")
     with (
         v.VDialog(model_value=("welcome > 0",), max_width=430, update_modelValue=f"$event || ({_SEEN})", scrim="black"),
@@ -88,7 +88,7 @@ def welcome() -> None:
 
 
 def keys() -> None:
-    """Add the sheet of keys, a dialog with a search field."""
+    """Add the dialog with the sheet of keys and a search field."""
     found = "keys.filter((row) => row.join(' ').toLowerCase().includes(sought_key.trim().toLowerCase()))"
     with (
         v.VDialog(v_model=("shows_keys",), max_width=480, scrollable=True),

@@ -16,7 +16,7 @@ STYLE = """
 
 
 def histogram() -> None:
-    """Add the histogram of the displayed luminance, with the shares of black and of clipped pixels under its ends."""
+    """Add the histogram of the displayed luminance. The fractions of black and of clipped pixels are under its ends."""
     with html.Div(v_if="histogram.path", **found_by("histogram", status=False)):
         low, high = "(histogram.low || 'nothing')", "(histogram.high || 'nothing')"
         label = f"'Histogram of luminance: ' + {low} + ' black, ' + {high} + ' clipped'"

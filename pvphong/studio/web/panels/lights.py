@@ -22,7 +22,10 @@ SOLO_ICON = "{0} ? 'mdi-alpha-s-circle' : 'mdi-alpha-s-circle-outline'"
 
 
 def lights(kinds: Mapping[str, str]) -> None:
-    """Add buttons for new lights and set-ups, and a card for each light."""
+    """Add buttons for new lights and set-ups, and a card for each light.
+
+    `kinds` maps kinds of lights to their names on the page.
+    """
     with panel("Lights"):
         with html.Div(classes="studio-buttons", **found_by("", "Add a light")):
             for kind, what in kinds.items():

@@ -148,7 +148,7 @@ def _colormap() -> None:
 
 
 def _balls(kind: str) -> None:
-    """Add thumbnails to the entries of a list."""
+    """Add the thumbnail of a lit sphere to each entry of a list. `kind` is "material" or "reflectance"."""
     with v.Template(v_slot_item="{ props, item }"), v.VListItem(v_bind="props"), v.Template(v_slot_prepend=True):
         html.Img(
             v_if="item.value",

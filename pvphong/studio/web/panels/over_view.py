@@ -12,8 +12,18 @@ from pvphong.studio.web.panels.files import open_mesh
 def awaited(name: str, doing: str, cancel: str, *, paused: str = "false", go_on: str = "") -> None:
     """Add a progress card over the view for a background computation.
 
-    The state variable `name` is its percentage, or null if nothing is computed. `paused` is the state variable for
-    whether it has paused, and `go_on` the trigger that continues it.
+    Parameters
+    ----------
+    name : str
+        State variable with the progress in per cent; null if nothing is computed.
+    doing : str
+        Text for the computation.
+    cancel : str
+        Trigger that cancels the computation.
+    paused : str
+        State variable that is true while the computation is paused.
+    go_on : str
+        Trigger that continues a paused computation; "" if it cannot pause.
     """
     with v.VCard(v_if=f"{name} !== null", classes="pl-3 pr-1 py-1 mb-1", **found_by(name)):
         with html.Div(classes="studio-row mt-0"):

@@ -13,7 +13,10 @@ from pvphong.studio.web.inputs import found_by
 
 @contextmanager
 def panel(title: str, note: str = "", *, found: str = "") -> Iterator[None]:
-    """Return a context whose elements are inputs of a new panel. `found` is the `data-test` of the panel's heading."""
+    """Return a context whose elements are inputs of a new panel.
+
+    `title` is the panel's heading, `note` a short text next to it, and `found` the heading's name for tests.
+    """
     with v.VExpansionPanel(eager=True, id=f"panel-{title.lower()}"):
         with html.H2(classes="studio-heading"), v.VExpansionPanelTitle(title, **found_by(found)):
             if note:

@@ -10,7 +10,7 @@ from pvphong.studio.web.panels.panel import panel
 
 
 def picture() -> None:
-    """Add inputs for exposure, tone curve and overlay, and the histogram. Downloaded meshes do not depend on them."""
+    """Add inputs for exposure, tone curve and overlay, and the histogram. None of them affects downloaded meshes."""
     with panel("Picture", "exposure and tone curve"):
         number_input("display.exposure", "exposure")
         v.VSelect(

@@ -1,4 +1,4 @@
-"""The panel of the probe: the lit value under the cursor, and pinned ones, with each light's share as a bar."""
+"""The panel of the probe: the lit value under the cursor, pinned values, and each light's share of them as a bar."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ _TIPS = {
 
 
 def stage() -> None:
-    """Add a button for each stage, which draws it or removes it, and one that turns the backdrop to the camera."""
+    """Add a button for each stage, which adds or removes it, and one that turns the backdrop towards the camera."""
     with html.Div(classes="studio-row mt-0", **found_by("", "Stage under the model")):
         html.Span("stage", classes="studio-label", style="flex-basis: 44px")
         for kind in get_args(Stage):
