@@ -252,6 +252,7 @@ _FIELDS = (
     "AmbientColor",
     "Intensity",
     "Switch",
+    "ShadowAttenuation",
     "Positional",
     "ConeAngle",
     "Exponent",
