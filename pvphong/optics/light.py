@@ -169,8 +169,9 @@ class Light(metaclass=_Kind):
     on : bool, default True
         True if the light shines.
     casts_shadows : bool, default True
-        If False, nothing blocks this light, even if the light model has shadows: no ray is cast to it, and it may shine
-        through walls. Bounced light is still blocked. VTK's nearest light has `shadow_attenuation` 0.
+        If False, nothing blocks this light, even if the light model has shadows: it shines through walls, and no ray is
+        cast to it. Light that surfaces have reflected is blocked as always. A `pyvista.Light` has `shadow_attenuation`
+        0 in this case.
     frame : {"world", "camera", "headlight"}
         Coordinate system of its position and direction. "world": that of the mesh. "camera": the viewer's, with the eye
         at the origin, y up and the view along −z; the light moves with the viewer. "headlight": the light is at the

@@ -170,7 +170,7 @@ def test_rays_are_kept_for_a_light_that_casts_no_shadows_any_more_and_refused_af
     ground = GROUND.phong
     seen = ground.visibility(scene(point), occluders=[BALL])
     assert (seen.per_light == 0.0).any()
-    for visibility in (seen, seen.per_light.tolist() + [seen.sky.tolist()]):
+    for visibility in (seen, [*seen.per_light.tolist(), seen.sky.tolist()]):
         lit = ground.shade(scene(free), visibility=visibility)["phong"]
         np.testing.assert_array_equal(lit, ground.shade(bare)["phong"])
     moved = replace(free, position=(1, 1, 4))  # its row is not read
