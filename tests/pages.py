@@ -158,5 +158,5 @@ def bring(page, what, path):
     page.all(f"upload-{what}")[0].find_element("css selector", "input[type=file]").send_keys(str(path))
 
 
-def switch(page, name):
-    page.all(name)[0].find_element("css selector", "input").click()
+def switch(page, name, inside=None):
+    page.all(name, inside)[0].find_element("css selector", "input").click()

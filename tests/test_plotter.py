@@ -419,7 +419,7 @@ def test_blocks_that_share_a_material_still_share_it(plotter):
 WRONG = [
     ("light", "color", "'color'. Did you mean 'diffuse'"),
     ("light", "positon", "'positon'. Did you mean 'position'"),
-    ("light", "direction", "'direction'. It has ambient, attenuation, diffuse, "),
+    ("light", "direction", "'direction'. It has ambient, attenuation, casts_shadows, "),
     ("mesh", "color", "'color'. Did you mean 'diffuse'"),
     ("mesh", "specular_power", "'specular_power'. Did you mean 'shininess'"),
     ("mesh", "shinyness", "'shinyness'. Did you mean 'shininess'"),

@@ -86,7 +86,7 @@ class PotentialOccluders(Generic[Name]):
         model = scene.light_model
         result: BoolArray = np.zeros(len(parts[0]), bool)
         for light in scene.world_lights if model.shadows else ():
-            if light.on:
+            if light.on and light.casts_shadows:
                 result |= may_block(light, self.points, parts)
         if model.ambient_occlusion is not False:
             result |= may_hide(self.points, parts, model.occlusion_distance)

@@ -485,8 +485,9 @@ def visibility(
 
     Rays are cast when an array of the result is first read. A point, spot or directional light needs one ray for each
     vertex that faces it. A light with a size needs at least 16 rays per vertex, and the sky or an environment light at
-    least 64. If these rays disagree, as at the edges of shadows, more are cast. The directions of the rays depend only
-    on the index of their vertex, so equal calls give equal bits.
+    least 64. If these rays disagree, as at the edges of shadows, more are cast. A light with `casts_shadows=False`
+    needs none: its visibility is 1 everywhere. The directions of the rays depend only on the index of their vertex, so
+    equal calls give equal bits.
 
     With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
     without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;

@@ -156,7 +156,8 @@ def truth(
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. The light model must have the standard convention; its `shadows` is ignored.
+        As for `shade`. The light model must have the standard convention; its `shadows` is ignored. A light with
+        `casts_shadows=False` is not blocked.
     material : Material or str, optional
         As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
     occluders : sequence, optional

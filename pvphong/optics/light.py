@@ -169,6 +169,10 @@ class Light(metaclass=_Kind):
         grows with the square of its distance.
     on : bool, default True
         True if the light shines.
+    casts_shadows : bool, default True
+        If False, nothing blocks this light, even if the light model has shadows: it shines through walls, and no ray is
+        cast to it. Light that surfaces have reflected is blocked as always. A `pyvista.Light` has `shadow_attenuation`
+        0 in this case.
     frame : {"world", "camera", "headlight"}
         Coordinate system of its position and direction. "world": that of the mesh. "camera": the viewer's, with the eye
         at the origin, y up and the view along −z; the light moves with the viewer. "headlight": the light is at the
@@ -195,6 +199,7 @@ class Light(metaclass=_Kind):
     ambient: ColorLike = check.field(check.color, (0.0, 0.0, 0.0))
     intensity: float = check.field(partial(check.number, at_least=0.0), 1.0)
     on: bool = check.field(check.flag, True)
+    casts_shadows: bool = check.field(check.flag, True)
     frame: Frame = check.field(partial(check.choice, allowed=get_args(Frame)), "world")
     name: str = check.field(check.text, "")
 

@@ -75,6 +75,14 @@ class BlockingFaces:
         """Return the state for pickling, with the points as a plain NumPy array."""
         return {"points": np.asarray(self.points), "corners": self.corners}
 
+    @property
+    def is_well_formed(self) -> bool:
+        """True if the arrays have valid shapes and types, and all corners are indices of points."""
+        points, corners = self.points, self.corners
+        has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
+        is_typed = points.dtype.kind == "f" and corners.dtype == np.int64
+        return has_shapes and is_typed and (not corners.size or 0 <= corners.min() <= corners.max() < len(points))
+
     @cached_property
     def sound_numbers(self) -> IntArray:
         """Indices of the triangles whose three corners are finite, shape (k,)."""

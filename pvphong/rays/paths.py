@@ -8,11 +8,12 @@ over unit vectors l. L is the arriving light: from the lights, or the colour B(y
 the reflectance's lobes include the cosine. So with lights alone, the result equals the evaluators' colours. The
 constant ambient light is excluded, because it stands for bounced light.
 
-At each point of a path, rays go to all lights: to point-like lights, and to one random point of each other light. One
-direction, in which the path continues, is sampled from the reflectance. If the path hits an area light, this gives a
-second estimate of the light. The power heuristic weights both estimates (E. Veach and L. Guibas, "Optimally combining
-sampling techniques for Monte Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly
-paths of low weight (J. Arvo and D. Kirk, "Particle transport and image synthesis", 1990).
+At each point of a path, rays go to all lights that cast shadows: to point-like lights, and to one random point of each
+other light. Nothing blocks a light that casts no shadows, so no ray goes to it. One direction, in which the path
+continues, is sampled from the reflectance. If the path hits an area light, this gives a second estimate of the light.
+The power heuristic weights both estimates (E. Veach and L. Guibas, "Optimally combining sampling techniques for Monte
+Carlo rendering", 1995). From the third bounce on, Russian roulette ends paths, mostly paths of low weight (J. Arvo and
+D. Kirk, "Particle transport and image synthesis", 1990).
 
 Each vertex has its own paths, in independent rounds; the standard error is computed from the rounds' means. Within a
 round, the first direction and the samples on lights are points of the Sobol sequence.
@@ -204,6 +205,8 @@ class _Sight:
             remedy = "Implement `sampling` for path tracing; see pvphong.optics.area.sampling."
             check.refuse("light", term.light, "a light with `sampling`", remedy)
         self._term, self._at, self._sampling = term, at, sampling
+        self.is_blocked = term.light.casts_shadows
+        """True if surfaces block the light."""
         self._numbers = np.asarray(sampling.numbers, np.float64)
         self._reach, _, *frame = sampling.frame(self._numbers, at.origins, at.normals)
         self._frame = tuple(np.broadcast_to(np.asarray(each, np.float64), len(at)) for each in frame)
@@ -425,7 +428,8 @@ class PathTracer:
     def _of_points(self, at: Interaction, rays: list[int]) -> Float64Array:
         """Return the reflection of all lights without a size, at each point, shape (3, n).
 
-        One ray goes from each point to each of these lights. The number of rays is appended to `rays`, light by light.
+        One ray goes from each point to each of these lights that casts shadows. The number of rays is appended to
+        `rays`, light by light.
         """
         total = np.zeros(at.points.shape)
         for term in at.equation.terms:
@@ -433,8 +437,10 @@ class PathTracer:
                 arrival = term.light.arrival(at.points)
                 strength = np.minimum(arrival.strength * term.gain, BRIGHTEST)
                 sent = at.reflected(term.colors, at.factors(arrival)) * strength
-                directions, distances = rays_to(term.light, at.origins.T)
-                total += self._unblocked(at, sent, directions.T, distances, rays)
+                if term.light.casts_shadows:
+                    directions, distances = rays_to(term.light, at.origins.T)
+                    sent = self._unblocked(at, sent, directions.T, distances, rays)
+                total += sent
         return total
 
     def _unblocked(
@@ -466,17 +472,20 @@ class PathTracer:
         for purpose, sight in enumerate(sights):
             to_light = sight.sample(*numbers.pairs(paths, bounces, purpose + 2))
             sent, lengths = sight.arriving(to_light, at.factors(Arrival(to_light, 1.0)), by_chance=False)
-            total += self._unblocked(at, sent, to_light, lengths, rays)
+            total += self._unblocked(at, sent, to_light, lengths, rays) if sight.is_blocked else sent
         to_light = at.directions.sample(*numbers.pairs(paths, bounces, 1))
         factors, density = at.factors(Arrival(to_light, 1.0)), at.directions.density(to_light)
         weights = at.reflected(at.equation.colors, factors) / np.where(density > 0.0, math.pi * density, math.inf)
-        is_looking = bool(sights) or bounces != self.max_bounces
+        is_looking = bounces != self.max_bounces or any(sight.is_blocked for sight in sights)
         rows = np.flatnonzero(weights.any(axis=0)) if is_looking else np.zeros(0, np.int64)
         hits = self.occluders.first(at.origins[:, rows].T, to_light[:, rows].T, np.full(len(rows), math.inf))
         rays.append(len(rows))
         for sight in sights:
             sent, lengths = sight.arriving(to_light, factors, by_chance=True)
-            total[:, rows] += sent[:, rows] * (hits.distances >= lengths[rows] - at.margin)
+            if sight.is_blocked:
+                total[:, rows] += sent[:, rows] * (hits.distances >= lengths[rows] - at.margin)
+            else:
+                total += sent
         weights = bundle.weights[:, rows] * weights[:, rows]
         return total, _Rays(paths[rows], weights, to_light[:, rows], hits.triangles, hits.weights.T)
 

@@ -96,6 +96,8 @@ class Tracer:
     def light(self, light: Light, *, behind: bool = False) -> list[Seen]:
         """Return the visibility of a light from the vertices; with `behind`, a second entry is for their back sides.
 
+        A light that casts no shadows is fully visible everywhere. No ray is cast to it.
+
         Parameters
         ----------
         light : Light
@@ -103,6 +105,9 @@ class Tracer:
         behind : bool, default False
             True to include the back sides.
         """
+        if not light.casts_shadows:
+            everywhere = np.ones(len(self.receiver.points))
+            return [Seen(everywhere, np.zeros_like(everywhere), 0)] * (1 + behind)
         if not light.has_size:
             return self._all_or_nothing_of(light, behind=behind)
         if self.samples == HARD and not light.is_uniform:
@@ -254,8 +259,8 @@ class Visibility:
     """Visibility of each light and of the sky at every vertex of a mesh, as arrays that can be reused.
 
     Each array is computed when it is first read, and stored; an interrupted computation stores nothing. Lights may then
-    change in brightness and colour, or be switched on and off, without new rays. If a light has moved, lighting with
-    this visibility raises an error.
+    change in brightness and colour, be switched on and off, or stop casting shadows, without new rays. If a light has
+    moved, or casts shadows now but cast none before, lighting with this visibility raises an error.
 
     Vertices see the side to which their normals point. With a two-sided light model, `behind` is the visibility from
     the back side. A viewer sees one of these two sides of a vertex.
@@ -345,7 +350,7 @@ class Visibility:
         """Visible part of each light at each vertex, in [0, 1], shape (lights, n), float32.
 
         The value is 0 if a vertex faces away from the light. The part of an area light is weighted with its
-        contribution.
+        contribution. For a light that casts no shadows, the value is 1 everywhere.
         """
         return self.channels(range(len(self.lights)), sky=False)[:-1]
 
@@ -623,8 +628,9 @@ class Visibility:
         if not np.array_equal(points, self._receiver.points, equal_nan=True):
             check.refuse("visibility", "one for other points", "computed for the mesh's current points", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
-            if _geometry_of(now) != _geometry_of(then):
-                check.refuse("visibility", f"one from before {label} moved", "computed for the current lights", remedy)
+            if now.casts_shadows and _geometry_of(now) != _geometry_of(then):  # other lights are not looked up
+                got = f"one from before {label} {'moved' if then.casts_shadows else 'cast shadows'}"
+                check.refuse("visibility", got, "computed for the current lights", remedy)
         if model.two_sided and self.behind is None:
             self._refuse_one_side()
         if model.ambient_occlusion is not False and model.occlusion_distance != self._tracer.distance:
@@ -672,7 +678,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
         and len(sides) in (1, 2)
         and all(set(done) <= set(range(rows)) for done in sides)
         and all(arrays[name].shape == shape and arrays[name].dtype.kind == "f" for name, shape in shapes.items())
-        and all(map(_is_sound, faces))
+        and all(each.is_well_formed for each in faces)
     )
     if not is_sound:
         raise ValueError("the file is damaged")
@@ -684,15 +690,8 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
     return _State(tracer, lights, labels, sides, seen, errors, *header["cast"])
 
 
-def _is_sound(faces: BlockingFaces) -> bool:
-    """Return True if the faces' arrays have valid shapes and types, and all corners are indices of points."""
-    points, corners = faces.points, faces.corners
-    has_shapes = points.ndim == 2 and points.shape[1] == 3 and corners.ndim == 2 and corners.shape[1] == 3
-    is_typed = points.dtype.kind == "f" and corners.dtype == np.int64
-    return has_shapes and is_typed and (not corners.size or 0 <= corners.min() <= corners.max() < len(points))
-
-
 def _geometry_of(light: Light) -> str:
-    """Return a light's key for the rays to it: position, direction, size and nodes."""
-    nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
-    return repr((nodes, light.is_uniform))
+    """Return a light's key for the rays to it: position, direction, size and nodes; no nodes if it casts no shadows."""
+    nodes = light.nodes(4) if light.casts_shadows else ()
+    places = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in nodes]
+    return repr((places, light.is_uniform))

@@ -60,10 +60,10 @@ class LightModel:
         2.2.
     shadows : bool, default False
         If True, multiply the diffuse and specular light of each light by its visibility from the vertex. The mesh
-        itself and other meshes may hide the light. Visibility is 0 or 1 for a light without a size. For a light with a
-        size, it is the fraction of its light that reaches a matt surface. Highlights use the same fraction; they are
-        wrong where geometry hides the part of the light that they mirror. `tradeoff` measures this error; `truth` does
-        not have it.
+        itself and other meshes may hide the light. Lights with `casts_shadows=False` are not multiplied. Visibility is
+        0 or 1 for a light without a size. For a light with a size, it is the fraction of its light that reaches a matt
+        surface. Highlights use the same fraction; they are wrong where geometry hides the part of the light that they
+        mirror. `tradeoff` measures this error; `truth` does not have it.
     ambient_occlusion : bool or float, default False
         If not False, multiply ambient light (`ambient`, and the ambient colours of lights) by the visible fraction of
         the sky: of the hemisphere around the normal, weighted by the cosine. A number > 0 is the distance, in the

@@ -108,6 +108,8 @@ class Equation:
         The lights that are on.
     off : tuple of str
         Labels of the lights that are off.
+    unblocked : tuple of str
+        Labels of the lights that are on and cast no shadows, although the light model has shadows.
     lights : int
         Number of the scene's lights, on or off.
     ambient, emission : tuple of float
@@ -155,6 +157,7 @@ class Equation:
     clamp: bool
     matrix: Float64Array | None
     turns_normals: bool
+    unblocked: tuple[str, ...] = ()
     is_occluded: bool = False
     gamma: float = 1.0
     bounces: int = 0
@@ -374,7 +377,7 @@ def _standard(
     reflectance = (material.reflectance or REFLECTANCES[model.reflection]()).of(material).over(maps)
     reflectances = _Reflectances.of(material, reflectance)
     labels = light_labels(scene, "light ")
-    terms, off, is_shadowed = [], [], model.shadows
+    terms, off, unblocked = [], [], []
     products: dict[Any, tuple[Vector, tuple[Vector, ...], float]] = {}  # many lights have the same colours
     for index, (given, light) in enumerate(zip(scene.lights, scene.world_lights, strict=True)):
         if not light.on:
@@ -383,6 +386,9 @@ def _standard(
         colors = light.intensity, light.ambient, light.diffuse, light.specular_color
         if colors not in products:
             products[colors] = reflectances.times(*colors)
+        is_shadowed = model.shadows and light.casts_shadows
+        if model.shadows and not is_shadowed:
+            unblocked.append(labels[index])
         terms.append(LightTerm(light, index, labels[index], given.frame != "world", *products[colors], is_shadowed))
     return Equation(
         terms=tuple(terms),
@@ -398,6 +404,7 @@ def _standard(
         clamp=model.clamp,
         matrix=matrix,
         turns_normals=matrix is not None,
+        unblocked=tuple(unblocked),
         is_occluded=model.ambient_occlusion is not False,
         bounces=model.bounces,
         colors=tuple(color for _, color in reflectances.lobes),

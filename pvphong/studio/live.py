@@ -33,6 +33,7 @@ _OF_LIGHTS = {
     "angle": "cone_angle",
     "switch": "on",
     "visible": "on",
+    "shadow_attenuation": "casts_shadows",
 }
 """Names of light fields in other libraries → names in pvphong."""
 

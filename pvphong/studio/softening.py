@@ -85,7 +85,7 @@ class Softening:
             True if this picture must have the final shadows.
         """
         self.note = ""
-        has_size = any(light.on and light.has_size for light in scene.lights)
+        has_size = any(light.on and light.casts_shadows and light.has_size for light in scene.lights)
         if held and has_size:
             self.stop()
             self.note = "hard shadows until the drag ends"

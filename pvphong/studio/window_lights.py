@@ -265,6 +265,7 @@ _FIELDS = (
     "AmbientColor",
     "Intensity",
     "Switch",
+    "ShadowAttenuation",
     "Positional",
     "ConeAngle",
     "Exponent",

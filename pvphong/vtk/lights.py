@@ -38,7 +38,8 @@ def as_light(light: Any, viewer: Any = None) -> Light:
     used, because VTK updates it only when it renders.
 
     All fields are converted, including those that VTK's shader ignores. `pyvista.Light(color=…)` also sets the ambient
-    colour, which the standard convention uses and `LightModel.vtk()` does not.
+    colour, which the standard convention uses and `LightModel.vtk()` does not. A light with a `shadow_attenuation` of 0
+    casts no shadows; shadows of other lights are fully dark.
 
     A positional light becomes a spot light, or a point light if its cone is 90° or wider. A pvphong light is returned
     unchanged.
@@ -132,6 +133,7 @@ def _light_at(light: Any, frame: Frame, position: Vector, direction: Vector) -> 
         "ambient": light.GetAmbientColor(),
         "intensity": light.GetIntensity(),
         "on": bool(light.GetSwitch()),
+        "casts_shadows": light.GetShadowAttenuation() > 0.0,
         "frame": frame,
     }
     if common["specular"] == common["diffuse"]:
@@ -174,6 +176,8 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     target.SetAmbientColor(rgb(light.ambient))
     target.SetIntensity(light.intensity)
     target.SetSwitch(light.on)
+    if light.casts_shadows != (target.GetShadowAttenuation() > 0.0):  # VTK's shadows may also be partly dark
+        target.SetShadowAttenuation(float(light.casts_shadows))
     target.SetPositional(values.is_positional)
     x, y, z = values.direction
     if not values.is_positional:

@@ -58,6 +58,7 @@ IN_A_ROW = {
     "neighbours touch": (scene_of(ph.PointLight(position=(0.5, 0, 50))), (1, 1)),
     "all in between": (scene_of(ph.PointLight(position=(-3.5, 0, 0.5))), (5, 1)),
     "off": (scene_of(replace(WEST, on=False)), (0, 0)),
+    "without shadows": (scene_of(replace(WEST, casts_shadows=False)), (0, 0)),
     "the sky up to 1.5": (scene_of(ambient_occlusion=1.5), (2, 2)),
     "the sky": (scene_of(ambient_occlusion=True), (5, 5)),
 }

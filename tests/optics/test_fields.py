@@ -75,6 +75,7 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
         "ambient": (0.0, 0.0, 0.0),
         "intensity": 1.0,
         "on": True,
+        "casts_shadows": True,
         "frame": "world",
         "name": "",
     }
@@ -91,7 +92,7 @@ def test_what_all_lights_share_has_one_default_and_is_given_by_keyword(kind):
             (COLOURS, "tomato", (255 / 255, 99 / 255, 71 / 255)),
             (COLOURS, 1, 1.0),
             (["intensity"], 0, 0.0),
-            (["on"], np.False_, False),
+            (["on", "casts_shadows"], np.False_, False),
             *((["frame"], frame, frame) for frame in ("world", "camera", "headlight")),
             (["position", "direction"], np.array([1, 2, 3]), (1.0, 2.0, 3.0)),
             (["attenuation"], [0, 1, np.float32(0.5)], (0.0, 1.0, 0.5)),
@@ -177,7 +178,7 @@ REFUSED = [
     (LIGHTS, ["diffuse", "ambient"], [None], " must be"),  # specular may be None
     ([Material], [*COLOURS, "albedo"], [None], " must be"),
     (LIGHTS, ["intensity"], [*NO_POWERS, *NO_MAPS, None, True], AT_LEAST_0),
-    (LIGHTS, ["on"], [1], " must be True or False; got 1"),
+    (LIGHTS, ["on", "casts_shadows"], [1], " must be True or False; got 1"),
     (LIGHTS, ["frame"], ["cam"], " must be one of 'world', 'camera', 'headlight'; got cam"),
     (LIGHTS, ["name"], [3], " must be a string; got 3"),
     (LIGHTS, ["position", "direction", "attenuation"], NO_VECTORS, ""),

@@ -121,6 +121,30 @@ def test_without_shadows_no_ray_is_cast_and_a_light_that_rides_along_takes_its_s
     assert not counted["lights"]  # a single convex mesh does not shadow itself
 
 
+def test_a_light_stops_casting_shadows_without_rays_and_begins_again(window, counted):
+    w = window(SUN)
+    lamp = w.phong.add_light(LAMP)
+    w.check(hat())
+    shadowed = w.shown.copy()
+    counted["lights"].clear()
+    lamp.casts_shadows = False
+    w.plotter.render()
+    assert not counted["lights"]
+    assert (w.shown > shadowed).any()
+    assert (w.shown >= shadowed).all()
+    w.check(hat())
+    counted["lights"].clear()
+    lamp.casts_shadows = True
+    w.plotter.render()
+    assert counted["lights"] == ["lamp"] * 2
+    np.testing.assert_array_equal(w.shown, shadowed)
+    w.plotter.renderer.lights[1].shadow_attenuation = 0.0  # PyVista's name for it
+    w.check(hat())
+    assert not lamp.casts_shadows
+    with pytest.raises(AttributeError, match="casts_shadows"):
+        lamp.shadow_attenuation = 1.0
+
+
 def test_only_what_moved_is_traced_again(window, counted):
     w = window(SUN, LAMP, ambient_occlusion=1.0)
     assert set(counted["lights"]) == {"lamp", "sun"}

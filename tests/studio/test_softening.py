@@ -111,6 +111,19 @@ def test_brightness_and_colours_need_no_new_rays(page, efforts):
     assert np.abs(floor(page) - exact(page)).max() <= 4  # rays for another brightness
 
 
+def test_a_light_without_shadows_needs_no_rays(page, efforts):
+    page.phong.set_light("ball", casts_shadows=False)
+    lit_of(page).refresh()
+    assert not lit_of(page).is_awaiting
+    assert lit_of(page).note == ""
+    assert not efforts
+    page.phong.set_light("ball", casts_shadows=True)
+    lit_of(page).refresh()
+    assert lit_of(page).note == "soft shadows grow finer"
+    settle(page)
+    assert efforts.count(None) >= 1
+
+
 def test_a_light_that_moves_again_starts_anew(page, efforts):
     page.show(auto_close=False)
     for x in (0.3, 0.6, 0.9):

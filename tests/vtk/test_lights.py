@@ -108,6 +108,8 @@ GREY = (0.1, 0.2, 0.3)
         ({"DiffuseColor": GREY, "SpecularColor": GREY}, DirectionalLight(diffuse=GREY)),
         ({"SpecularColor": (1, 1, 1 + 1e-13)}, DirectionalLight(specular=(1, 1, 1 + 1e-13))),
         ({"Position": (0.1, 0.2, 0.3), "FocalPoint": (1, 1, 1)}, DirectionalLight((1 - 0.1, 1 - 0.2, 1 - 0.3))),
+        ({"ShadowAttenuation": 0.0}, DirectionalLight(casts_shadows=False)),
+        ({"ShadowAttenuation": 0.25}, DirectionalLight()),  # partly dark
         (PLACED | CONE, SpotLight((1, 2, 3), (0, 0, -3), 25, 1 / 3, (0.1, 0.2, 0.3))),
         *((PLACED | {"ConeAngle": cone, "Exponent": 5}, PointLight((1, 2, 3))) for cone in (90, 91, 180)),
         (  # VTK's eye is at (0, 0, 1); the light does not store its distance from the focal point
@@ -228,7 +230,7 @@ def as_vtk_keeps(name, seed):
     fields = LIGHT_SHAPES[name](dice, position, aim, dice.uniform(1e-3, 89.9))
     if common["frame"] == "headlight":
         fields |= {field: value for field, value in EYE.items() if field in fields}
-    return LIGHT_TYPES[name](**fields, **common)
+    return LIGHT_TYPES[name](**fields, **common, casts_shadows=dice.likely(50))
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -273,6 +275,17 @@ def test_an_existing_light_can_be_given_the_values(kind, frame):
         write_light(light, other)
         assert as_light(other) == as_light(light.to_pyvista()) == light
         assert other.GetTransformMatrix() is None
+
+
+def test_shadows_are_left_as_dark_as_they_are_or_switched_off_and_on():
+    light = DirectionalLight()
+    half = pv.Light(shadow_attenuation=0.5)
+    write_light(light, half)
+    assert half.shadow_attenuation == 0.5
+    for casts, expected in ((False, 0.0), (True, 1.0)):
+        write_light(dataclasses.replace(light, casts_shadows=casts), half)
+        assert half.shadow_attenuation == expected
+        assert dataclasses.replace(light, casts_shadows=casts).to_pyvista().shadow_attenuation == expected
 
 
 @pytest.mark.parametrize("call", [as_light, lambda light, viewer: as_light(light).to_pyvista(viewer)])

@@ -123,8 +123,9 @@ class Lighting:
         self.soft += () if is_open else (self.equation.lights,)
         self._cones = frozenset(filter(self._has_cone, self._lights)) if cuts else frozenset()
         lights, model = list(scene.lights), scene.light_model
-        for k in self._cones:
-            lights[k] = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
+        for k in self._cones:  # the visible part decides what is inside the cone, even without shadows
+            wider = lights[k].with_values(Angle, (lights[k].values(Angle)[0] + 90.0) / 2.0)
+            lights[k] = replace(wider, casts_shadows=True)
         self.sharp = tuple(sorted(self._cones | self._blocked))
         is_shadowed = bool(self.sharp or self.soft)
         occlusion = False if is_open else model.ambient_occlusion

@@ -105,8 +105,10 @@ class PlanState:
         # sums of light that differ by x differ by at most x^(1/gamma) when they are raised to 1/gamma
         allowed, extent = tolerance**equation.gamma, vertices.extent(equation.matrix)
         shining = sum(not term.is_black for term in equation.terms)
-        simplifications = tuple(Simplification("lights", label, "switched off") for label in equation.off)
-        return cls(equation, shining, extent, allowed, simplifications, vertices.visibility, vertices.transport)
+        off = (Simplification("lights", label, "switched off") for label in equation.off)
+        unblocked = (Simplification("shadow", label, "casts no shadows") for label in equation.unblocked)
+        notes = (*off, *unblocked)
+        return cls(equation, shining, extent, allowed, notes, vertices.visibility, vertices.transport)
 
     def reach(self, term: LightTerm) -> LightBounds:
         """Return the bounds on the contribution of a term's light. They are cached: several effects need them."""

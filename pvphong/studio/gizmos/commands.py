@@ -79,6 +79,14 @@ def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
+def toggle_shadows(gizmos: Gizmos, gizmo: Gizmo) -> Light:
+    """Return the light, casting shadows if it casts none, and casting none if it does."""
+    changed = replace(gizmo.light, casts_shadows=not gizmo.light.casts_shadows)
+    later = "" if gizmos.lit.scene.light_model.shadows else "; shadows are off in the light model"
+    gizmos.notice = f"{called(changed)}: casts {'' if changed.casts_shadows else 'no '}shadows{later}"
+    return changed
+
+
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
     """Return the light as it was when it got its gizmo."""
     return gizmo.first
@@ -345,6 +353,7 @@ COMMANDS = (
     Command("z y", "undo, redo", undo_or_redo, steps=_BACK_ON),
     Command("m", "light off or on", mute, "light"),
     Command("o", "solo: this light only, or all", solo, "light"),
+    Command("X", "shadows of the light off or on", toggle_shadows, "light"),
     Command("k", "move the light to the camera", to_camera, "light"),
     Command("H", "put the highlight under the cursor", highlight_here, "light"),
     Command("0", "reset the light", reset, "light"),

@@ -52,8 +52,8 @@ from pvphong.studio.web.staging import Staging
 from pvphong.studio.web.words import LIGHTS, in_words
 from pvphong.studio.window_lights import LightStates, RendererLight, free_name
 
-_IN_ROW = ("name", "on", "diffuse", "intensity")
-"""Fields of a light that the page always shows; others are shown for the selected light."""
+_IN_ROW = ("name", "on", "diffuse", "intensity", "casts_shadows")
+"""Fields of a light in its row; others are shown for the selected light."""
 
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
@@ -683,6 +683,7 @@ class Document:
         return {
             "lights": lights,
             "materials": materials,
+            "has_shadows": self._phong.light_model.shadows,
             "surfaces": in_words(form_of(self.surfaces, "surfaces", self._middles)),
             "backing": in_words(form_of(self.background, "background", self._middles)),
             "model": sorted(model, key=lambda entry: entry["name"] not in _FIRST_OF_SCENE),

@@ -9,7 +9,7 @@ import pyvista as pv
 from mouse import Mouse, picture, texts
 from views import FROM_SOMEWHERE, KINDS, example
 
-from pvphong import Material, OrenNayar
+from pvphong import LightModel, Material, OrenNayar
 from pvphong.base.color import luminance
 from pvphong.base.types import rgb
 from pvphong.optics.roles import Aim, Place
@@ -230,6 +230,17 @@ def test_each_key_for_lights_is_one_step_which_is_undone_to_the_bit(plotter, mou
         assert state(plotter)[:2] == expected[:2]
     assert state(plotter) == before
     assert not plotter.phong.undo()
+
+
+@pytest.mark.parametrize("has_shadows", [False, True])
+def test_shadows_of_a_light_are_switched_off_and_on(plotter, mouse, has_shadows):
+    plotter.phong.light_model = LightModel(shadows=has_shadows)
+    select(plotter, "point")
+    later = "" if has_shadows else "; shadows are off in the light model"
+    for casts, said in ((False, "point: casts no shadows"), (True, "point: casts shadows")):
+        mouse.key("X")
+        assert [light.casts_shadows for light in plotter.phong.lights] == [True, casts, True]
+        assert notice(plotter) == said + later
 
 
 # --- colours ---

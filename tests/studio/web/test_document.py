@@ -42,6 +42,7 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
         ("light.1.direction", 0.7, (0,)),
         ("light.1.diffuse", "orange", ()),
         ("light.1.name", "moon", ()),
+        ("light.1.casts_shadows", False, ()),
         ("material.0.diffuse", "#102030", ()),
         ("material.0.shininess", 20, ()),
         ("model.ambient", 0.05, (2,)),
@@ -50,7 +51,9 @@ def test_an_edit_is_one_step_and_undo_brings_all_back_to_the_bit(document, plott
     ]
     for key, given, index in edits:
         document.edit(key, given, index)
-    assert plotter.phong.lights[0] == ph.DirectionalLight((0.7, 0, -1), intensity=0.3, diffuse="orange", name="moon")
+    assert plotter.phong.lights[0] == ph.DirectionalLight(
+        (0.7, 0, -1), intensity=0.3, diffuse="orange", name="moon", casts_shadows=False
+    )
     assert plotter.phong.light_model == ph.LightModel(ambient=(0.2, 0.2, 0.05), local_viewer=False)
     after = document.state
     assert (colors(plotter) != drawn).any()
@@ -405,6 +408,19 @@ def test_what_changes_a_picture_most_comes_first_in_the_scene(document):
     shown = [entry["name"] for entry in document.shown()["model"]]
     assert shown[:4] == ["ambient", "shadows", "ambient_occlusion", "bounces"]
     assert sorted(shown) == sorted(each.name for each in fields(ph.LightModel))
+
+
+def test_a_light_is_asked_for_shadows_where_there_are_any(document):
+    assert not document.shown()["has_shadows"]
+    document.edit("model.shadows", True)
+    shown = document.shown()
+    assert shown["has_shadows"]
+    document.select(1)
+    (light,) = document.shown()["lights"]
+    assert (light["casts_shadows"]["label"], light["casts_shadows"]["value"]) == ("casts shadows", True)
+    assert "casts_shadows" not in [entry["name"] for entry in light["fields"]]
+    document.edit(light["casts_shadows"]["key"], False)
+    assert not document.shown()["lights"][0]["casts_shadows"]["value"]
 
 
 def test_an_array_colours_a_material_through_a_colormap(document, plotter):

@@ -186,3 +186,21 @@ def test_a_turntable_is_made_with_progress_and_can_be_cancelled(page, folder):
     assert max(brightest) > 5 > -5 > min(brightest)
     page.type("turntable-pictures", "4")
     page.until(lambda: "Pictures: 4 is out of range" in page.state("notice"))
+
+
+def test_a_light_of_a_stage_stops_casting_shadows_by_a_switch_in_its_row(page):
+    assert not page.all("light-shadows")
+    page.click("stage-ground")
+    page.until(lambda: len(page.all("light-shadows")) == len(page.state("lights")))
+    page.until(lambda: is_dark_at_the_foot(page))
+    page.settled(lambda: page.row("key").rect)
+    shadowed, evaluations = page.settled(lambda: page.picture().sum()), page.state("evaluations")
+    switch(page, "light-shadows", page.row("key"))
+    page.until(lambda: not page.light("key")["casts_shadows"]["value"])
+    page.until(lambda: page.picture().sum() > 1.01 * shadowed)
+    assert page.state("evaluations") > evaluations
+    assert all(page.light(other)["casts_shadows"]["value"] for other in ("fill", "rim"))
+    page.until(lambda: "casts_shadows=False" in page.state("script"))
+    for _ in range(2):
+        page.click("undo")
+    page.until(lambda: not page.all("light-shadows"))

@@ -8,7 +8,16 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 from pvphong.scene.presets import setups
-from pvphong.studio.web.inputs import color_picker, color_text, file_input, form, found_by, icon_button, number_input
+from pvphong.studio.web.inputs import (
+    color_picker,
+    color_text,
+    file_input,
+    form,
+    found_by,
+    icon_button,
+    number_input,
+    switch,
+)
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.words import LIGHTS
 
@@ -68,6 +77,10 @@ def lights(kinds: Mapping[str, str]) -> None:
             with html.Div(classes="studio-head"):
                 _light_head()
             number_input("light.intensity", "intensity")
+            with html.Div(v_if="has_shadows", title=("light.casts_shadows.help",)):
+                shadowed = "light.casts_shadows"
+                edit = f"trigger('edit', [{shadowed}.key, $event])"
+                switch("light-shadows", f"{shadowed}.value", (f"{shadowed}.label",), edit)
             with html.Div(v_if="light.selected"):
                 v.VTextField(
                     key=("light.number + 'temperature' + light.diffuse.hex + refusals",),
