@@ -99,7 +99,7 @@ class CoarsePictures:
         self._tag = renderer.AddObserver("StartEvent", before_frame, _AFTER_MIX)
 
     def update(self) -> None:
-        """Show the coarse pictures that are made, if `are_wanted` is set. Show all other meshes themselves."""
+        """Show a coarse picture of each mesh that has one, if `are_wanted` is set. Show all other meshes themselves."""
         refined = self._lit.refining
         for mesh in self._lit.shown:
             picture = self._picture(mesh) if self._is_large(mesh) and mesh not in refined else None

@@ -91,7 +91,7 @@ class LightHandle(Handle):
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
-        """Replace the light by another, as `plotter.phong.set_light` does.
+        """Replace the light by `light`. If it has been removed from the window, raise ``ValueError``.
 
         `viewer` has no effect; other code calls this method with it.
         """

@@ -67,12 +67,12 @@ _STOPPED = {
 
 
 class Triangles(NamedTuple):
-    """Some triangles of a surface.
+    """Some triangles of a surface, with the data to light them.
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3), in the mesh's type, float32 or float64.
+        Points of the triangles and the normals there, shape (n, 3), in the mesh's type, float32 or float64.
     corners : ndarray
         Shape (m, 3), indices of points.
     areas : ndarray
@@ -119,7 +119,7 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
     subject : Subject
         Mesh, scene and material.
     tolerance : float
-        Standard error of the colours for which the rays from the vertices were cast.
+        Standard error to which the colours at the vertices were sampled by rays.
     """
     equation, visibility = subject.equation, subject.visibility
     if visibility is None or not equation.needs_visibility:

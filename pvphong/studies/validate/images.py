@@ -164,8 +164,7 @@ def window_of_colors(
 ) -> pv.Plotter:
     """Return an offscreen window that shows the colours of the mesh `lit` unchanged, without lighting.
 
-    They are the point array `name`.
-    `size` is in pixels, and `matrix` is the mesh's model matrix.
+    The colours are the point array `name`. `size` is in pixels, and `matrix` is the mesh's model matrix.
     """
     window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
     return window

@@ -120,7 +120,7 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Return `value` times 2^(step/parts).
+    """Return `value` moved by `step` steps on a logarithmic scale that has `parts` steps per factor of 2.
 
     If `value` is a power of 2^(1/parts), up to rounding, the result is computed from the exponent, so that rounding
     errors do not accumulate.
@@ -170,8 +170,10 @@ def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLik
 
     Parameters
     ----------
-    gizmos, gizmo
-        The subplot's gizmos, and the gizmo of the light.
+    gizmos : Gizmos
+        The gizmos of the subplot.
+    gizmo : Gizmo
+        The gizmo of the light.
     what : str
         Word for the change, such as "warmer".
     change : callable
@@ -259,11 +261,11 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the named material after `material` in the table; with `step` −1, the one before it.
+    """Return the next named material in the table after `material`; with `step` −1, the previous named material.
 
     If `material` is not in the table, the result is the table's first material, or with `step` −1 its last. The result
-    keeps albedo and tangents of `material`. The result also keeps the reflectance, if neither `material` nor the new
-    named material has its own.
+    has the albedo and the tangents of `material`. It also has the reflectance of `material`, except in two cases: the
+    new named material defines a reflectance, or the reflectance of `material` came from the table.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
@@ -385,9 +387,10 @@ OURS = frozenset({*_OF_KEYS, *ENTER})
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Run the command of a key, which is pvphong's or the user's. Return False if the key has no command.
+    """Run the command of a key. Return False if the key has no command.
 
-    `control` is true if the control key is down. Then, only z and y have a command.
+    The command is one of pvphong or one of the user. `control` is True while the control key is down; then, only z and
+    y have a command.
     """
     if control and key not in ("z", "y"):
         return False

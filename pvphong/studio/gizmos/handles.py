@@ -66,7 +66,7 @@ def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class LightInScene:
-    """A light and the scene around it, as a window shows them.
+    """A light, and centre and size of the scene in which a window shows the light.
 
     Parameters
     ----------
@@ -136,7 +136,10 @@ class LightInScene:
 
     @property
     def front(self) -> Float64Array:
-        """World position of the mark for the front of a light that turns, on a circle around the scene's centre."""
+        """World position of the mark that shows the front of an environment light.
+
+        The mark is on a circle around the scene's centre, and its direction from the centre is the light's first axis.
+        """
         light: Any = self.light
         return np.asarray(self.scenery.center + STANDS_OFF * self.scenery.size * light.axes[0])
 
@@ -148,7 +151,9 @@ class LightInScene:
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for a drag of the handle `handle`. Its anchor is the point around which the light turns.
+        """Return the scenery for a drag of the handle named `handle`.
+
+        The scenery's anchor is the point around which the drag turns the light.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
         turns around a point in front of the icon, at first the scene's centre.
@@ -242,7 +247,7 @@ class LightInScene:
 
 
 class Handle:
-    """Handle of one field of a light in a window. `dragged` and `typed` return the changed light, in world coordinates.
+    """Handle of one field of a light in a window. `dragged` and `typed` return the changed light in world coordinates.
 
     This base class is for a number that can only be typed. Its handle has no position in the window.
 
@@ -287,7 +292,7 @@ class Handle:
     used."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the shape of the field to a drawing. If the light is selected, add more of the shape."""
+        """Add the shape of the field, such as a cone, to a drawing. If the light is selected, add more lines."""
 
     @property
     def said(self) -> tuple[str, str]:
@@ -303,7 +308,10 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """Handle of a position, or of the centre of corners, which all move with it. The light keeps its target."""
+    """Handle of a light's position, or of the centre of its corners, which move together.
+
+    The light keeps its target.
+    """
 
     @property
     def middle(self) -> Float64Array:
@@ -461,7 +469,7 @@ class AngleHandle(Handle):
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """Add the cone's rim at the target's distance.
 
-        If selected, add lines to it and the circle of half intensity.
+        If selected, add lines from the light to the rim, and the circle of half intensity.
         """
         along, start = self.shown.along, self.shown.origin
         if along is None:
@@ -532,7 +540,7 @@ class LengthHandle(Handle):
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a circle through the handle, and if selected a sphere. A light with an outline gets neither."""
+        """Add a circle through the handle. If selected, add a sphere too. Add nothing for a light with an outline."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
@@ -541,9 +549,10 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """Handle of a falloff that is the same in all directions, to the right of the light, where half of it remains.
+    """Handle of a falloff that is the same in all directions.
 
-    A light with an aim has no such handle: its target shows its range.
+    The handle is to the right of the light, where half of the light remains. A light with an aim has no such handle:
+    its target shows its range.
     """
 
     is_always_shown = False  # the spheres would cross the whole window
@@ -593,12 +602,15 @@ class FalloffHandle(Handle):
 
 
 class TurnHandle(Handle):
-    """Handle of a turn around the up axis, at a mark for the light's front on a circle around the scene's centre."""
+    """Handle of an environment's rotation around the up axis. It is a mark on a circle around the scene's centre.
+
+    The mark shows where the front of the environment is.
+    """
 
     _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the world position of the mark for the light's front."""
+        """Return the world position of the mark that shows the front of the light."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -620,7 +632,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the circle on which the mark of the front moves; if selected, also the mark and the up axis."""
+        """Add the circle on which the handle moves. If selected, add the handle and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -646,8 +658,8 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
     """Return the distance, > 0, between the light and a handle that is dragged from `start` to the cursor.
 
-    It is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor rounds it to
-    the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.
+    The distance is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor
+    rounds the distance to the grid. Return None if the cursor has not moved, or the light is not in front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():

@@ -98,7 +98,7 @@ class Drag(Edit):
         super().__init__(gizmos, gizmo, handle)
         self.readout = ""
         self.over: SurfacePoint | None = None
-        """The surface point that the highlight has been dragged to."""
+        """The last surface point to which the highlight has been dragged; None before the first."""
         self._highlight = gizmo.surface_highlight(self.view)
         self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
         light, scenery, options = self.start.light, self.start.scenery, gizmos.options
@@ -544,7 +544,7 @@ class Interaction:
         return is_typed
 
     def _press_ended(self) -> bool:
-        """Handle the end of a key press. While a value is typed, return True, so that no other observer reacts."""
+        """Handle the end of a key press. Return True while a value is typed, so that no other observer reacts."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 
