@@ -262,7 +262,10 @@ class BlocksPhong(Handle):
     def plan(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Plan]:
-        """Return a plan for each dataset. The option `visibility` accepts the result of the method `visibility`."""
+        """Return a plan, the simplified lighting equation, for each dataset.
+
+        The option `visibility` accepts the result of the method `visibility`.
+        """
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
         return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
@@ -428,8 +431,9 @@ class BlocksPhong(Handle):
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
         """Yield the material and the options of each dataset, in order.
 
-        The options are `options`, with the dataset's own visibility or occluders in place of those of all blocks.
-        `transports` are the datasets' parts of a light transport; if given, they become the option `transport`.
+        The options of a dataset are a copy of `options`. In the copy, `visibility` and `occluders` are those of this
+        dataset, not of all blocks. `transports` are the datasets' parts of a light transport. If given, they become
+        the option `transport`.
         """
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
@@ -454,10 +458,10 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """Call the method `method` of each block, with the common scene: `refine` or `interpolation_error`.
+        """Call a method of each block with the same scene, and return a MultiBlock of the resulting meshes.
 
-        Both methods evaluate colours inside triangles. Light that bounces between the blocks is computed only at their
-        vertices.
+        `method` is "refine" or "interpolation_error". Both methods evaluate colours inside triangles. Light that
+        bounces between the blocks is computed only at their vertices, and blended across the triangles.
         """
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:

@@ -1,6 +1,6 @@
 """Bounds of a mesh: a box and a sphere around the vertices, and a cone around the normals; and a test for convexity.
 
-Plans use these bounds before they examine single vertices.
+To simplify the lighting equation, plans use these bounds before they examine single vertices.
 """
 
 from __future__ import annotations

@@ -278,9 +278,18 @@ class Caster:
         return result
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hit of each ray; arguments as for `blocked`.
+        """Return the first hit of each ray within its length.
 
-        Triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
+        The triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
+
+        Parameters
+        ----------
+        origins : ndarray
+            Shape (n, 3). A ray from a point that is not finite hits nothing.
+        directions : ndarray
+            Shape (n, 3), unit vectors.
+        distances : ndarray
+            Shape (n,): lengths of the rays, in the unit of the triangles; infinity for an unbounded ray.
         """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
@@ -294,10 +303,10 @@ class Caster:
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
         """Yield chunks of rays that may hit something, with arguments for the backend's `blocked` and `first`.
 
-        The arguments are as for `Caster.blocked`. A chunk is five arrays. The first has the indices of the rays. The
-        next three have their origins, directions and lengths, in the backend's coordinates. The last has the length by
-        which each ray is shortened. A ray from a far origin is shortened because its origin is moved along the ray to
-        the triangles.
+        `origins` and `directions` have the shape (n, 3), and `distances`, the lengths of the rays, have (n,). A chunk
+        is five arrays. The first has the indices of its rays. The next three have the rays' origins, directions and
+        lengths, in the backend's coordinates. The last has the length by which each ray is shortened. A ray from a far
+        origin is shortened because its origin is moved along the ray to the triangles.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -359,7 +368,7 @@ class Occluders:
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Groups of parts of similar size, as lists of part indices, from large to small. Each group has one caster.
+        """Groups of parts of similar size, from large to small. A group is a list of part indices, and has one caster.
 
         With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
@@ -429,10 +438,10 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that a part's caster resolves; `part` is the part's index.
+        """Return the smallest length that rays to a part can resolve; `part` is the part's index.
 
-        If `part` is None, or the part has no caster, return the resolution of the caster with the smallest parts. If
-        there are no casters, return 0.
+        If `part` is None, or no ray can hit the part, return this length for the smallest parts. If rays can hit no
+        part at all, return 0.
         """
         if not self.casters:
             return 0.0
@@ -440,7 +449,10 @@ class Occluders:
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for each ray that any part blocks, shape (n,); arguments as for `Caster.blocked`."""
+        """Return True for each ray that any part blocks within its length, shape (n,).
+
+        `origins` and `directions`, unit vectors, have the shape (n, 3). `distances`, shape (n,), are the rays' lengths.
+        """
         found = np.zeros(len(directions), bool)
         for caster in self.casters:
             free = np.flatnonzero(~found)
@@ -448,12 +460,10 @@ class Occluders:
         return found
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hit of each ray among all parts. Triangles are numbered as in `triangles`, part after part.
+        """Return the first hit of each ray within its length, among all parts.
 
-        Parameters
-        ----------
-        origins, directions, distances : ndarray
-            As for `Caster.blocked`.
+        Triangles are numbered as in `triangles`, part after part. `origins` and `directions`, unit vectors, have the
+        shape (n, 3). `distances`, shape (n,), are the rays' lengths.
         """
         if self.compiled is not None:
             return Hits(*kernel.ray_hits(origins, directions, distances, self.compiled, self.triangles))

@@ -79,7 +79,7 @@ class Reflector:
 
     @cached_property
     def _rows(self) -> Float64Array:
-        """All values of each point, side by side in one row, shape (n, sum of k)."""
+        """All values of each point, side by side in one row: shape (n, sum of the columns of all `values`)."""
         return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
 
     @cached_property
@@ -110,12 +110,12 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Split `rows`, all values side by side, shape (m, sum of k), into the values by name, shape (k, m) each."""
+        """Split rows such as those of `_rows` into values by name, each of shape (number of columns, m)."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Return the values at the points with the given indices, by name, shape (k, m) each."""
+        """Return the values at the m points with the given indices, by name, each of shape (number of columns, m)."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
@@ -129,14 +129,16 @@ class Reflector:
 
 
 class Interaction:
-    """Light at n points of a reflector.
+    """Reflection of light at n points of a reflector.
 
     Parameters
     ----------
     reflector : Reflector
         Surface of the points.
-    points, origins : ndarray
-        Points, and origins of rays from them, shape (3, n).
+    points : ndarray
+        The points, shape (3, n).
+    origins : ndarray
+        Origins of rays from the points, slightly above the surface, shape (3, n).
     v : ndarray
         Unit vectors to the viewer, shape (3, n); zero for a point at the viewer.
     values : dict
@@ -176,7 +178,10 @@ class Interaction:
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each."""
+        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each.
+
+        A lobe is a part of the reflection, such as the diffuse part or the highlight.
+        """
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
@@ -185,8 +190,8 @@ class Interaction:
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
         """Return the sum over the lobes of colour times factor times tint, for each point, shape (3, n).
 
-        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A tint is the colour
-        of a map.
+        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A tint is a lobe's
+        colour from a map.
         """
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):
@@ -275,7 +280,7 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair of random numbers for each path, as two arrays.
+        """Return a pair of random numbers for each path, as two arrays of shape (number of paths,).
 
         Before the first bounce, pairs for all paths are returned, and `paths` is ignored. They are points of the Sobol
         sequence, shuffled for each round and purpose.

@@ -393,7 +393,7 @@ class Visibility:
         Parameters
         ----------
         lights, labels
-            Lights in the world and their names, as for the class.
+            Lights in the world, and their names.
         samples : int, optional
             Number of rays per vertex for results that are not computed yet. By default, the error of each vertex sets
             the number.
@@ -411,7 +411,7 @@ class Visibility:
 
     @cached_property
     def geometry(self) -> tuple[str, ...]:
-        """For each light, a key of everything on which rays to the light depend."""
+        """A key for each light. It changes with everything on which rays to the light depend."""
         return tuple(_geometry_of(light) for light in self._lights)
 
     def _is_sampled(self, row: int) -> bool:
@@ -549,9 +549,8 @@ class Visibility:
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
         """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
 
-        Rows of the indices in `lights` are computed if they are missing and, with `sky`, the row of the sky. Other rows
-        may be missing. With `behind`, the same number of rows follows for the vertices' back sides, with the same
-        rules.
+        Missing rows are computed for the lights with the indices `lights` and, with `sky`, for the sky. Other rows may
+        be missing. With `behind`, rows for the vertices' back sides follow in the same order.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -693,6 +692,6 @@ def _is_sound(faces: BlockingFaces) -> bool:
 
 
 def _geometry_of(light: Light) -> str:
-    """Return a light's key for the rays to it: position, direction, size and nodes."""
+    """Return a text with all of a light on which rays to it depend: position, direction, size and sample points."""
     nodes = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in light.nodes(4)]
     return repr((nodes, light.is_uniform))

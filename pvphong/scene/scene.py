@@ -211,7 +211,7 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     Raises
     ------
     ValueError
-        As for `Scene.load`.
+        If the file cannot be read, is not JSON, has a newer version, or has an unknown field.
 
     Examples
     --------
@@ -249,7 +249,7 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a copy of a material in which the paths of image files are changed.
+    """Return a copy of a material with changed paths of its image files.
 
     `change` is a function that takes a path and returns its replacement.
     """

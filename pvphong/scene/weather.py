@@ -34,7 +34,8 @@ def irradiances(weather: Any, index: Any, place: Place) -> Irradiances:
     Parameters
     ----------
     weather : path, pair of array_like, pandas.DataFrame or None
-        As for `mesh.phong.daylight`.
+        An EPW file; or two arrays, the direct normal and the diffuse horizontal irradiances; or a table with these
+        irradiances as the columns "dni" and "dhi". None for a clear sky.
     index : pandas.DatetimeIndex
         The times, as from `moments`.
     place : Place

@@ -164,7 +164,7 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Write the values of a pvphong light, `light`, to `target`, an existing `pyvista.Light` or `vtkLight`.
 
-    The values are those of `Light.to_pyvista`; `viewer` is described there.
+    The values are those of `Light.to_pyvista`. `viewer` places a light that moves with the camera.
     """
     values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.

@@ -168,7 +168,7 @@ class _Arrival(NamedTuple):
     direction: Float64Array
     """Unit vectors l, shape (n, 3)."""
     strength: Float64Array
-    """Attenuation times spot factor. The spot factor is not cut off at the cone."""
+    """Attenuation times spot factor, shape (n,). The spot factor is not set to 0 outside the cone."""
     angle: Any
     """Angle by which float32 rotates l, in units of 2⁻²⁴."""
     error: Any

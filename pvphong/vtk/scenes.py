@@ -231,8 +231,10 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
 
     Parameters
     ----------
-    scene, material
-        Scene and material that VTK can draw; see `refuse_inexpressible`.
+    scene : Scene
+        Scene that VTK can draw with the material; see `refuse_inexpressible`.
+    material : Material
+        Material that VTK can draw.
     center : ndarray
         Centre of the mesh in the world, shape (3,).
     size : float
