@@ -83,7 +83,8 @@ def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
     """Return the default scene for meshes with these bounds: x_min, x_max, y_min, y_max, z_min, z_max.
 
-    `is_open` is True if a mesh has open edges, so that both sides are lit. `aspect` is as for `default_scene`.
+    `is_open` is True if a mesh has open edges, so that both sides are lit. `aspect` is the
+    width of the image divided by its height.
     """
     far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
@@ -100,7 +101,7 @@ def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3
 
 
 def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
-    """Return the scene in which a mesh is lit, with a viewer. It is the given scene; without one, `default_scene`.
+    """Return the scene in which a mesh is lit, with a viewer: the given scene, or else the result of `default_scene`.
 
     Parameters
     ----------

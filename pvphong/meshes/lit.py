@@ -143,7 +143,7 @@ def shade_mesh(
 
 @dataclass(frozen=True)
 class Setting:
-    """Options that all calls that light a mesh have in common. The fields are parameters of `shade_mesh`."""
+    """Options of every call that lights a mesh. The fields are the parameters of `shade_mesh` with the same names."""
 
     matrix: MatrixLike | None = None
     feature_angle: FeatureAngle = None
@@ -274,7 +274,7 @@ def shade_blocks(
     own : iterator
         Material, and a dictionary with the fields of `Setting`, for each nonempty dataset in order.
     name, components, shares_by_bounce, precision, backend
-        As for `shade_mesh`.
+        Parameters of `shade_mesh`, the same for all blocks.
     """
     groups: dict[Any, tuple[list[Ready], Iterator[pv.PolyData]]] = {}
     equations: dict[int, Equation] = {}
@@ -345,7 +345,7 @@ def lit_together(
 ) -> Iterator[pv.PolyData]:
     """Light meshes that reflect light to each other, and yield the lit meshes in order.
 
-    Options are as for `shade_mesh`.
+    `name`, `components`, `shares_by_bounce` and the other options are parameters of `shade_mesh`.
 
     Parameters
     ----------
@@ -396,15 +396,17 @@ def plan(
         The scene. If it has no viewer, PyVista's default camera is used, which frames the mesh or points. For a mesh,
         None means `default_scene`.
     material : Material or str, optional
-        As for `mesh.phong.shade`; for points, its maps must be arrays.
+        Material of the surface, or its name; by default OpenGL's. For points, its maps must be arrays.
     matrix : array_like, optional
         (4, 4) model matrix.
     tolerance : float, default 0
         Largest allowed absolute colour error; 1/255 is one step of a display.
-    feature_angle
-        For a mesh only, as for `mesh.phong.shade`.
-    occluders, visibility, transport
-        For a mesh only, as for `mesh.phong.shade`. No rays are cast.
+    feature_angle : float, "auto" or None, default None
+        For a mesh only: split edges whose faces' normals differ by more than this angle, in degrees.
+    occluders : sequence, optional
+        For a mesh only: other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
+    visibility, transport : Visibility and Transport, optional
+        For a mesh only: results of `mesh.phong.visibility` and `mesh.phong.transport`. No rays are cast.
 
     Returns
     -------

@@ -208,7 +208,9 @@ def weighted_normals(
 ) -> Float64Array:
     """Compute the unit normals of a mesh's points, given as plain arrays, shape (n, 3).
 
-    `backend` is as for `vertex_normals`. The other arguments are those of `pvphong.geometry.normals.point_normals`.
+    `connectivity` has the point indices of all faces, and `offsets` the start of each face in `connectivity`.
+    `weighting` is the weight of a face at a corner; see `pvphong.geometry.normals.point_normals`. `backend` selects
+    NumPy or compiled code; see `vertex_normals`.
     """
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):

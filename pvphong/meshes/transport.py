@@ -41,7 +41,8 @@ class Exchanging(NamedTuple):
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
         """Return the surface of a dataset, with normals that are computed when they are first used.
 
-        `matrix` is the model matrix. `feature_angle` splits sharp edges, as for `shade`.
+        `matrix` is the model matrix. Edges are split if the normals of their faces differ by more than `feature_angle`,
+        in degrees.
         """
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
@@ -104,7 +105,8 @@ def transport_of(
 ) -> Transport:
     """Return the transport of light between the vertices of several surfaces.
 
-    The parameters are those of `transport`, which is for a single mesh.
+    `occluders` are other meshes that block light, `samples` is the number of rays per vertex, and `memory` is the
+    memory limit in bytes; see `transport`.
     """
     count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     count = -(-count // _MULTIPLE) * _MULTIPLE
@@ -126,7 +128,7 @@ def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any
     surfaces : sequence of Exchanging
         The surfaces that exchange light.
     occluders : sequence
-        Other meshes that block light, as for `transport`.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
 
     Raises
     ------

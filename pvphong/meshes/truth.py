@@ -90,8 +90,8 @@ def reflecting_blocks(
 ) -> Iterator[ReflectingSurfaces]:
     """Yield the surfaces that reflect light to each nonempty dataset of `blocks`, in order.
 
-    These are all datasets; the results differ only in `own_index`. `materials` has a material for each dataset. The
-    other parameters are those of `truth`.
+    These surfaces are those of all datasets. The results differ only in `own_index`. `materials` has a material for
+    each dataset. `occluders`, `matrix` and `feature_angle` are parameters of `truth`.
     """
     of_blocks = iter(materials)
     reflectors = of_each(
@@ -104,9 +104,10 @@ def reflecting_blocks(
 def _reflector(
     mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, feature_angle: FeatureAngle
 ) -> Reflector:
-    """Convert a mesh and its material to a surface for the path tracer.
+    """Convert a mesh and its material, in a scene, to a surface for the path tracer.
 
-    The parameters are those of `truth`.
+    `matrix` is the model matrix. Edges are split if the normals of their faces differ by more than `feature_angle`, in
+    degrees.
     """
     if scene.light_model.convention != "standard":
         remedy = "VTK's shader has no bounces; use LightModel()."
