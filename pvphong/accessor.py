@@ -118,7 +118,9 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with VTK's own shader, vertex by vertex; see `pvphong.validate`.
+        """Compare the lit colours with VTK's own shader, vertex by vertex.
+
+        The parameters and the result are those of `pvphong.validate`.
 
         Examples
         --------
@@ -144,7 +146,9 @@ class MeshPhong(Handle):
         visibility: Visibility | None = None,
         truth: bool = False,
     ) -> Tradeoff:
-        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`.
+        """Measure accuracy against time on this mesh.
+
+        The parameters and the result are those of `pvphong.tradeoff`.
 
         Examples
         --------
@@ -272,7 +276,10 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """Return the visibility of lights and sky for each dataset. The other blocks may block light too."""
+        """Return the visibility of lights and sky for each dataset, as block name → result.
+
+        Blocks may block each other's light.
+        """
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
@@ -286,7 +293,10 @@ class BlocksPhong(Handle):
     def truth(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
-        """Compute the colours of each dataset from the rendering equation. Blocks reflect light to each other."""
+        """Compute the colours of each dataset from the rendering equation, as block name → result.
+
+        Blocks reflect light to each other.
+        """
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
@@ -382,7 +392,7 @@ class BlocksPhong(Handle):
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
-        """Return a diagnosis of each dataset."""
+        """Return a diagnosis of each dataset, as block name → result."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 
     @_options_of(MeshPhong.fit)
@@ -474,7 +484,11 @@ class BlocksPhong(Handle):
         return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
-        """Return all datasets as surfaces that exchange light by reflection."""
+        """Return all datasets as surfaces that exchange light by reflection.
+
+        `matrix` is the model matrix of all. Edges are split if the normals of their faces differ by more than
+        `feature_angle`, in degrees.
+        """
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:

@@ -98,7 +98,7 @@ def irradiance(
     name : str, default "irradiance"
         Name of the new array. It becomes the active scalars.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     tolerance : float, default 0
         Largest error that is allowed to save time, in the unit of the result; 0 allows no approximation. Shadows of
         lights with a size are sampled until the standard error is below it; for 0, until it is 1/255 of the median

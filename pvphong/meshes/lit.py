@@ -178,9 +178,9 @@ class Ready(NamedTuple):
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
-    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan.
+    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan (its simplified equation).
 
-    `setting` has the options of the call.
+    `setting` has the options of the call, such as the model matrix and the tolerance.
     """
     found = ready(mesh, scene, material, setting)
     how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
@@ -296,7 +296,7 @@ def shade_blocks(
             yield _lit_mesh(Prepared(*member, planned), its_own, name, shares_by_bounce)
 
     def group_key(member: Ready, setting: Setting) -> Any:
-        """Return a key that is equal for all members of a group; None for a block that must be lit alone."""
+        """Return a key. Blocks with equal keys can be lit in one call; None is for a block to be lit alone."""
         material, vertices = member.material, member.vertices
         if vertices.maps or setting.tolerance:  # a plan with a tolerance depends on all its vertices
             return None
@@ -499,8 +499,8 @@ def visibility(
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Its light model need not have shadows. If the light model's `ambient_occlusion` is a number,
-        this is the distance up to which geometry occludes the sky.
+        Lights, viewer and light model; by default `pvphong.default_scene`. The light model need not have shadows. If
+        the light model's `ambient_occlusion` is a number, this is the distance up to which geometry occludes the sky.
     occluders : sequence, optional
         Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself always
         blocks light.
@@ -511,9 +511,9 @@ def visibility(
         ambient light gives to this surface. If `samples` is not given, rays are cast until this error is reached. So
         the visibility of a dim light may have a larger error. 0 means the default.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
 
     Returns
     -------
@@ -561,7 +561,8 @@ def normals(
     matrix : array_like, optional
         (4, 4) model matrix: the normals are transformed by its inverse-transpose and normalized.
     feature_angle : float, "auto" or None, default None
-        As for `shade`; there is one normal per point of the surface with split edges.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`. There
+        is one normal per point of the surface with split edges.
     backend : {"auto", "numpy", "numba"}
         Backend that computes normals from the faces; see `pvphong.pipeline.vertex_normals`.
 
@@ -614,8 +615,8 @@ def vertices_of(
 def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
     """Join the surfaces of all blocks into one surface, whose only array is its normals for lighting.
 
-    Points are not merged, so blocks that touch still have separate edges. Sharp edges are split in each block, as by
-    `split_sharp_edges`.
+    Points are not merged, so blocks that touch still have separate edges. In each block, edges are split if the normals
+    of their faces differ by more than `feature_angle`, in degrees.
 
     Raises
     ------

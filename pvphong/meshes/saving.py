@@ -164,7 +164,7 @@ def _encoded(colors: FloatArray, encoding: Encoding) -> FloatArray:
 
 
 def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
-    """Write a Wavefront file with a colour after each position. MeshLab and other programs read this form."""
+    """Write a mesh as a Wavefront file with a colour after each position. MeshLab and other programs read this form."""
     connectivity, offsets = polygons(mesh)
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, np.column_stack([mesh.points, colors]), "v %.9g %.9g %.9g %.6g %.6g %.6g")

@@ -185,7 +185,7 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     Raises
     ------
     ValueError
-        As for `surface`; also for a mesh without faces, an unknown weighting or backend, or if Numba is missing.
+        If `mesh` is not a valid DataSet or has no faces, the weighting or the backend is unknown, or Numba is missing.
 
     Examples
     --------
@@ -237,7 +237,7 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
     Raises
     ------
     ValueError
-        As for `surface`; also for a mesh without faces.
+        If `mesh` is not a valid DataSet, or has no faces.
 
     Examples
     --------
@@ -473,7 +473,7 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
-    """Return the normals for lighting a surface.
+    """Return the point normals for lighting a surface, shape (n, 3).
 
     The surface's active point normals are returned unchanged. If it has none, or a weighting is given, normals are
     computed from its faces. Cell normals are ignored, because vertices are lit, not faces.

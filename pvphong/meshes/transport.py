@@ -73,9 +73,9 @@ def transport(
         Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls slightly faster than one over the
         square root of their number.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
     memory : float, default 2e9
         Memory limit in bytes for the rays' hits. The hits take 4 bytes × vertices × samples. If this exceeds the limit,
         the hits are not stored, and rays are cast again for each bounce.

@@ -157,9 +157,11 @@ def truth(
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. The light model must have the standard convention; its `shadows` is ignored.
+        Lights, viewer and light model; by default `pvphong.default_scene`. The light model must have the standard
+        convention; its `shadows` is ignored.
     material : Material or str, optional
-        As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
+        Material of the surface, or its name; by default OpenGL's. Its diffuse reflectance must be at most 1 in each
+        channel, unless `max_bounces` is 0.
     occluders : sequence, optional
         Other meshes that block light and do not reflect it, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
@@ -171,9 +173,9 @@ def truth(
     seed : int, default 0
         Seed of the paths, from 0 to 2³¹ − 1. Equal calls give equal bits.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
 
     Returns
     -------

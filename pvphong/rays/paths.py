@@ -405,7 +405,7 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return the light that each path carries to its first point, shape (3, n).
+        """Return the light that each path carries to its first point, shape (3, n). `at` are the first points.
 
         The emission of the first points, and light from point-like lights there, are not included, because they are not
         random. The numbers of rays that are cast are appended to `rays`.
@@ -447,8 +447,8 @@ class PathTracer:
     ) -> Float64Array:
         """Return `sent`, the light that each point reflects from one light, with 0 where a ray to the light is blocked.
 
-        `sent` has the shape (3, n). The rays have the directions `to_light`, shape (3, n), and the lengths `lengths`,
-        shape (n,), minus the margin. Their number is appended to `rays`.
+        `sent` has the shape (3, n). The rays start at the points `at`. They have the directions `to_light`, shape (3,
+        n), and the lengths `lengths`, shape (n,), minus the margin. Their number is appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)

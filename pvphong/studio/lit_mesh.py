@@ -175,7 +175,10 @@ class LitMesh:
         self._visibility = self._visible_in(occluders, scene), visibility
 
     def _visible_in(self, occluders: KnownOccluders | None, scene: Scene) -> Any:
-        """Return a value that changes with everything on which visibility depends, except the lights."""
+        """Return a value that changes with everything on which visibility depends, except the lights.
+
+        This is the mesh's own geometry, the geometry of `occluders`, and the light model of the scene.
+        """
         model = scene.light_model
         return self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
 

@@ -133,9 +133,9 @@ class Softening:
 
 
 def _wanted(mesh: LitMesh, scene: Scene, occluders: KnownOccluders | None) -> _Wanted | None:
-    """Return the final visibility that a mesh needs.
+    """Return the final visibility that a mesh needs in a scene; None if it needs no rays, or cannot be lit.
 
-    Return None if all its rays have been cast, or it cannot be lit.
+    Rays that have been cast are not needed again. `occluders` are the meshes that cast shadows.
     """
     try:
         plan, visibility = mesh.final_visibility(scene, occluders)

@@ -153,7 +153,7 @@ def _camera_distance(light: Any) -> float:
 
 
 def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
-    """Return a light as a new `pyvista.Light`; see `Light.to_pyvista`, which calls this function."""
+    """Return a light as a new `pyvista.Light`. `Light.to_pyvista` calls this function, and explains `viewer`."""
     if viewer is not None:
         _check_viewer(viewer)
     result = pv.Light()

@@ -282,7 +282,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Run each variant once, and add it."""
+        """Run each of the variants `found` once, and add it to the runs to time."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 

@@ -32,7 +32,7 @@ FRAME = (1024, 768)
 
 
 def textbook(subject: Subject) -> Variant:
-    """Return a variant that lights the vertices as in a textbook, with its arithmetic error.
+    """Return a variant that lights the subject's vertices as in a textbook, with its arithmetic error.
 
     Raise ``ValueError`` if `textbook_colors` does not support the scene.
     """

@@ -263,7 +263,7 @@ def _in_steps(tolerance: float) -> str:
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return pvphong's ways to light the vertices, and the reasons for those that are left out, by name.
+    """Return pvphong's ways to light the subject's vertices, and the names of those left out with the reasons.
 
     The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
     finally the plan at the tolerance.

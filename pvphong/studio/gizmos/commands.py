@@ -2,7 +2,8 @@
 
 To add a key, write a function as described at `Command.edits`, add a row to the table, and add the same row to the
 table of keys in the README; a test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
-to `pvphong view`. The roles of a light's fields define which commands apply to it.
+to `pvphong view`. The roles of a light's fields define which commands apply to it. A function gets `gizmos`, the gizmos
+of the subplot. If it acts on a light, it also gets `gizmo`, the light's gizmo.
 """
 
 from __future__ import annotations
@@ -75,17 +76,17 @@ def undo_or_redo(gizmos: Gizmos, step: int) -> None:
 
 
 def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light, switched off if it is on, and on if it is off."""
+    """Return the gizmo's light, switched off if it is on, and on if it is off."""
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light as it was when it got its gizmo."""
+    """Return the gizmo's light as it was when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light, moved to the viewer and aimed along the view axis."""
+    """Return the gizmo's light, moved to the viewer and aimed along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -94,7 +95,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
-    """Return the light, moved so that its highlight is at the surface point under the cursor.
+    """Return the gizmo's light, moved so that its highlight is at the surface point under the cursor.
 
     If no lit mesh is under the cursor, or the highlight cannot be moved, show a notice and return None.
     """
@@ -111,7 +112,7 @@ def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with its intensity changed by `step` thirds of a photographic stop. Three steps double it."""
+    """Return the gizmo's light, brighter by `step` thirds of a photographic stop. Three steps double the intensity."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -156,12 +157,12 @@ def warmed(color: ColorLike, steps: float) -> Vector:
 
 
 def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with its hue turned by `step` steps."""
+    """Return the gizmo's light with the hues of its colours turned by `step` steps."""
     return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with colours that are warmer by `step` steps. Negative steps make them cooler."""
+    """Return the gizmo's light with colours that are warmer by `step` steps. Negative steps make them cooler."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 
@@ -246,7 +247,7 @@ def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
 
 
 def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Switch this light on and all others off. If they are like this already, switch all lights on."""
+    """Switch the gizmo's light on and all others off. If this is so already, switch all lights on."""
     chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
     others_on = gizmos.soloed is chosen
     for each in gizmos.lights.renderer_lights:

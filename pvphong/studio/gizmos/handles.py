@@ -343,7 +343,7 @@ class PlaceHandle(Handle):
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light moved with the cursor. A snapping cursor rounds the changed coordinates to the grid."""
+        """Return the light, moved by a drag from `start` to `cursor`. A snapping cursor rounds the coordinates."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -377,7 +377,7 @@ class AimHandle(Handle):
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light, turned to follow the handle. A snapping cursor rounds azimuth and elevation."""
+        """Return the light, turned by a drag from `start` to `cursor`. A snapping cursor rounds both angles."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
