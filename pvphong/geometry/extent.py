@@ -205,9 +205,9 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     If the result is True, a ray that starts at a point, on the side to which the point's normal points, does not hit
     the body.
 
-    Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric structures" (1999): a closed
-    surface that is convex at each edge bounds a convex body if some point is behind all faces, and a ray from this
-    point hits only one face.
+    A closed surface that is convex at each edge bounds a convex body, if some point is behind all faces and a ray from
+    this point hits only one face. Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric
+    structures" (1999).
 
     Parameters
     ----------

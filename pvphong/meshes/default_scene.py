@@ -35,9 +35,10 @@ def default_scene(
     """Return a scene with key, fill and rim light, and PyVista's default view of the mesh.
 
     The viewer looks at the centre of the mesh from PyVista's default direction (1, 1, 1), with z up. Its distance is
-    the smallest at which the bounding box fits into the image. The lights move with the viewer: a warm key light from
-    the upper left, a weaker cool fill light from the right, which reaches all surfaces that face the viewer, and a rim
-    light from behind. A mesh with open edges shows its back faces, so its scene is lit two-sided.
+    the smallest at which the bounding box fits into the image. The lights move with the viewer. The key light is warm
+    and comes from the upper left. The fill light is weaker and cool, comes from the right, and reaches all surfaces
+    that face the viewer. The rim light comes from behind. A mesh with open edges shows its back faces, so its scene is
+    lit two-sided.
 
     Parameters
     ----------

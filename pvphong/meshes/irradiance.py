@@ -1,12 +1,12 @@
 """`mesh.phong.irradiance`: light that arrives at a mesh, in the unit of its lights, without a material.
 
-A perfectly white matte surface has the colour E, if its irradiance is E in the unit of the lights: a directional light
-of intensity 1 gives 1 to a surface that faces it, and a lamp of intensity I gives I/d² at the distance d. So the
-evaluators compute irradiance as the unclamped colour of a white matte surface, without ambient light. The radiance of
-that surface is E/π; correspondingly, a colour of an environment's image is π times its radiance.
+If the irradiance of a perfectly white matte surface is E in the unit of the lights, its colour is E. For example, a
+directional light of intensity 1 gives 1 to a surface that faces it, and a lamp of intensity I gives I/d² at the
+distance d. So the evaluators compute irradiance as the unclamped colour of a white matte surface, without ambient
+light. The radiance of that surface is E/π; correspondingly, a colour of an environment's image is π times its radiance.
 
-In order: the function; the places where irradiance is computed, which are vertices, or sample points inside faces,
-called nodes; direct light; bounces.
+In order: the function; the places where irradiance is computed; direct light; bounces. The places are vertices, or
+sample points inside faces, called nodes.
 """
 
 from __future__ import annotations

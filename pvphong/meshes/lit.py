@@ -518,9 +518,9 @@ def visibility(
     Returns
     -------
     Visibility
-        `.per_light`, shape (lights, n), and `.sky`, shape (n,); `.standard_error` of both; `.rays` and `.seconds`.
-        With a two-sided light model, `.behind` is the visibility on the other side of the surface. `.save(path)` writes
-        a file for `Visibility.load`.
+        `.per_light` has the shape (lights, n), and `.sky` has (n,). `.standard_error` has the errors of both. `.rays`
+        is the number of rays, and `.seconds` their time. With a two-sided light model, `.behind` is the visibility on
+        the other side of the surface. `.save(path)` writes a file for `Visibility.load`.
 
     Raises
     ------

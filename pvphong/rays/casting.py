@@ -1,8 +1,8 @@
 """Occlusion tests and first hits of rays with triangles, in coordinates of any size.
 
-In order: triangles and hits; the equivalent backends, two for Embree and one for VTK; `Caster`, which prepares rays of
-any length and origin for a backend; and `Occluders`, all geometry that can block light. Occluders consist of parts; a
-part is the triangles of one mesh. A caster holds the triangles of one or more parts.
+In order: triangles and hits; backends; `Caster`; `Occluders`. There are three equivalent backends, two for Embree and
+one for VTK. A caster prepares rays of any length and origin for a backend. Occluders are all geometry that can block
+light. They consist of parts; a part is the triangles of one mesh. A caster holds the triangles of one or more parts.
 
 A backend has at least one triangle. The coordinates are finite, from -1 to 1: a caster centres its triangles and scales
 them by a power of two. Rays start at most a few such units away. So single precision has the same resolution for any

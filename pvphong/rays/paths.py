@@ -363,8 +363,8 @@ class PathTracer:
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
         """Trace the paths of one reflector's vertices. Return the vertices' colours as the scene's viewer sees them.
 
-        `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the colours, not
-        clamped, shape (n, 3); their standard errors, shape (n, 3); and the number of rays.
+        `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the unclamped
+        colours, their standard errors, and the number of rays. Colours and errors have the shape (n, 3).
         """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()

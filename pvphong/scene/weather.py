@@ -34,8 +34,8 @@ def irradiances(weather: Any, index: Any, place: Place) -> Irradiances:
     Parameters
     ----------
     weather : path, pair of array_like, pandas.DataFrame or None
-        An EPW file; or two arrays, the direct normal and the diffuse horizontal irradiances; or a table with these
-        irradiances as the columns "dni" and "dhi". None for a clear sky.
+        The path of an EPW file, a pair of arrays, or a table. The pair has the direct normal and the diffuse horizontal
+        irradiances, and the table has them as the columns "dni" and "dhi". None for a clear sky.
     index : pandas.DatetimeIndex
         The times, as from `moments`.
     place : Place

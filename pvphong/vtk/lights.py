@@ -200,8 +200,9 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
     """Convert a position in the given frame to the coordinates that VTK stores for a light.
 
-    A camera light is stored in VTK's camera-light space (vtkCamera::ComputeCameraLightTransform): the eye is at (0, 0,
-    1) and looks at the focal point, which is the origin. The unit is the distance from eye to focal point, `distance`.
+    A camera light is stored in VTK's camera-light space (vtkCamera::ComputeCameraLightTransform). In this space, the
+    eye is at (0, 0, 1) and looks at the focal point, the origin. The unit is the distance from eye to focal point,
+    `distance`.
     """
     if frame != "camera":
         return position

@@ -3,14 +3,15 @@
 The colour of such a vertex, and the vertex itself, is called open. All values are computed in float64 from the scene
 alone, independent of the evaluator and of VTK.
 
-Symbols: n is the unit normal, l the unit vector to a light, v the unit vector to the eye, h the unit vector halfway
-between l and v, and r is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the
-first of the three tiers of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are
-those of `pvphong.optics.reflectances.microfacets`.
+Symbols are unit vectors: n is the normal, l points to a light, v points to the eye, h is halfway between l and v, and r
+is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the first of the three tiers
+of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are those of
+`pvphong.optics.reflectances.microfacets`.
 
 Errors are in units of 2⁻²⁴, the rounding of float32; one such unit is called a rounding. Errors of n, l and v are the
 angles by which float32 rotates them. The angles are large where VTK's numbers are large compared with the relevant
-distances: under a matrix that shears or flattens, or if a light is near the surface and the eye is far away.
+distances. This happens under a matrix that shears or flattens, or if a light is near the surface and the eye is far
+away.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Keyboard commands: their functions, and the table `COMMANDS` of all keys at the end.
 
-To add a key, write a function as described at `Command.edits`, add a row to the table, and add the same row to the
-table of keys in the README; a test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
+To add a key, write a function as described at `Command.edits`, and add a row to the table. Add the same row to the
+table of keys in the README. A test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
 to `pvphong view`. The roles of a light's fields define which commands apply to it. A function gets `gizmos`, the gizmos
 of the subplot. If it acts on a light, it also gets `gizmo`, the light's gizmo.
 """
