@@ -1,4 +1,5 @@
-"""Bounds of a mesh: a box and a sphere around the vertices, and a cone around the normals; and a test for convexity.
+"""Bounds of a mesh, and a test for convexity. The bounds are a box and a sphere around vertices, and a cone around
+normals.
 
 To simplify the lighting equation, plans use these bounds before they examine single vertices.
 """

@@ -155,7 +155,7 @@ class Setting:
 
 
 class Prepared(NamedTuple):
-    """A mesh with the plan that lights it, and all inputs of the plan."""
+    """A mesh with the plan that lights it, and the inputs of this plan. A plan is a simplified lighting equation."""
 
     mesh: pv.DataSet
     """The given mesh, or a copy that shares its arrays."""
@@ -168,7 +168,7 @@ class Prepared(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A mesh with everything that its plan needs; the fields mean the same as in `Prepared`."""
+    """A mesh with everything that is needed to plan its lighting. The fields mean the same as in `Prepared`."""
 
     mesh: pv.DataSet
     source: pv.PolyData
@@ -188,7 +188,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
-    """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
+    """Return a mesh with all that is needed to plan its lighting: surface, scene with a viewer, vertices and material.
 
     If `mesh` is a PolyData, the returned mesh is a shallow copy of it. `setting` has the options of the call.
     """
@@ -382,9 +382,9 @@ def plan(
     """Plan the effects of a scene: list those that will be computed and those that will be skipped, with reasons.
 
     An effect that contributes nothing is skipped; this causes no error. With a `tolerance`, effects are also
-    approximated or skipped: a far light becomes directional, a far viewer infinitely far, nearly uniform attenuation
-    and spot falloff become constant, and weak lights and highlights are skipped. The errors are bounded before any
-    colour is computed.
+    approximated or skipped. A far light becomes directional, and a far viewer infinitely far. Nearly uniform
+    attenuation and spot falloff become constant. Weak lights and highlights are skipped. The errors are bounded before
+    any colour is computed.
 
     Parameters
     ----------
@@ -491,8 +491,8 @@ def visibility(
     on the index of their vertex, so equal calls give equal bits.
 
     With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
-    without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;
-    geometry nearer to a vertex than 2⁻¹⁸ of the size of these meshes together may be missed.
+    without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together.
+    Geometry may be missed if it is nearer to a vertex than 2⁻¹⁸ of their common size.
 
     Parameters
     ----------

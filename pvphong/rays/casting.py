@@ -120,7 +120,7 @@ class Hits(NamedTuple):
 
 
 class Triangles(NamedTuple):
-    """All triangles of several parts, for compiled code. Each caster tests some of them."""
+    """All triangles of the occluders, for compiled code. Each `Caster` tests rays with some of them."""
 
     starts: IntArray
     """Index in `numbers` at which each caster's triangles start."""
@@ -344,7 +344,7 @@ _ALIKE = 2.0**8
 
 
 class Occluders:
-    """Geometry that can block light, as several parts.
+    """Geometry that can block light, as several parts. A part is the triangles of one mesh.
 
     Parameters
     ----------
@@ -363,7 +363,7 @@ class Occluders:
 
     @property
     def counts(self) -> list[int]:
-        """Number of triangles of each part."""
+        """Number of triangles of each part, that is, of each mesh."""
         return list(map(len, self.parts))
 
     @cached_property
@@ -383,7 +383,7 @@ class Occluders:
 
     @cached_property
     def casters(self) -> list[Caster]:
-        """Casters of the groups of parts, built when rays are first cast.
+        """A `Caster` for each group of parts (meshes), built when rays are first cast.
 
         Raises
         ------
@@ -405,7 +405,7 @@ class Occluders:
 
     @cached_property
     def triangles(self) -> Triangles:
-        """Triangles of all parts, in the order of the parts."""
+        """Triangles of all parts (meshes), in the order of the parts."""
         firsts = np.cumsum([0, *self.counts])
         numbers = [
             np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
@@ -418,7 +418,7 @@ class Occluders:
 
     @property
     def points(self) -> FloatArray:
-        """Points of all parts, in the order of the parts."""
+        """Points of all parts (meshes), in the order of the parts."""
         return _joined(self.parts)[0] if self.parts else np.zeros((0, 3))
 
     @property
@@ -438,7 +438,7 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that rays to a part can resolve; `part` is the part's index.
+        """Return the smallest length that rays to a part, usually a mesh, can resolve; `part` is the part's index.
 
         If `part` is None, or no ray can hit the part, return this length for the smallest parts. If rays can hit no
         part at all, return 0.
@@ -449,7 +449,7 @@ class Occluders:
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for each ray that any part blocks within its length, shape (n,).
+        """Return True for each ray that a triangle of any part blocks within the ray's length, shape (n,).
 
         `origins` and `directions`, unit vectors, have the shape (n, 3). `distances`, shape (n,), are the rays' lengths.
         """
@@ -460,7 +460,7 @@ class Occluders:
         return found
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Return the first hit of each ray within its length, among all parts.
+        """Return the first hit of each ray within its length, among the triangles of all parts.
 
         Triangles are numbered as in `triangles`, part after part. `origins` and `directions`, unit vectors, have the
         shape (n, 3). `distances`, shape (n,), are the rays' lengths.

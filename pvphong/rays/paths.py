@@ -188,10 +188,12 @@ class Interaction:
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
-        """Return the sum over the lobes of colour times factor times tint, for each point, shape (3, n).
+        """Return the reflected light at each point, shape (3, n).
 
-        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A tint is a lobe's
-        colour from a map.
+        It is the sum over the lobes of colour times factor times tint.
+
+        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A lobe is a part of
+        the reflection, such as the highlight. A tint is a lobe's colour from a map.
         """
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):

@@ -6,8 +6,8 @@ starts at a vertex of a convex surface and rises above the tangent plane hits no
 
 Rays start above the tangent plane, by the resolution of the triangles. A vertex at the foot of a wall lies in the
 wall's plane, and its rays must start on the side of its own faces. So the origin is also moved by a thousandth of the
-offset to the mean centroid of its faces; the component of this offset against the normal is dropped. `Receiver.turned`
-is the surface seen from its other side, with the tangent plane's sides exchanged.
+offset to the mean centroid of the vertex's faces, without the component of this offset against the normal.
+`Receiver.turned` is the surface seen from its other side, with the tangent plane's sides exchanged.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for each part whose box may be between vertices and a light.
+    """Return True for each part of the occluders, usually a mesh, whose box may be between vertices and a light.
 
     If too little is known, return True for all parts. The space between the vertices' box and the light's box is their
     convex hull: the boxes (1 − t) a + t b with t from 0 to 1. For a light without a position, t has no upper bound.
@@ -240,7 +240,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 
 
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
-    """Return True for each part that may be within `distance` of a vertex, shape (m,).
+    """Return True for each part of the occluders that may be within `distance` of a vertex, shape (m,).
 
     `vertices` has the least and the greatest coordinates of the vertices, or is None if there is none. `parts` has the
     least and the greatest coordinates of m parts, shape (m, 3) each.
@@ -272,7 +272,7 @@ class Begun(NamedTuple):
 
 
 class SendingTriangles(NamedTuple):
-    """All triangles of several parts, for compiled code. Some of them emit light from their fronts."""
+    """All triangles of the occluders, for compiled code. Some of them emit light from their fronts."""
 
     starts: IntArray
     """Index in `numbers` at which each caster's triangles start."""

@@ -8,8 +8,8 @@ fractions of the vertex's rays. T times colours is the light after one bounce, a
 al., "Modeling the interaction of light between diffuse surfaces", 1984; rays in place of form factors: P. Shirley,
 "Radiosity via ray tracing", 1991).
 
-In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
-supplies bounds to plans, for the vertices of one mesh.
+In order, `HemisphereTracer` casts the rays, `Transport` stores their hits in memory and in files, and `TransportPart`
+supplies bounds for the vertices of one mesh, which plans use to simplify the lighting.
 """
 
 from __future__ import annotations
@@ -349,7 +349,7 @@ class Transport:
 
     @property
     def hits(self) -> NDArray[np.int32]:
-        """Index of the vertex that each ray hits, shape (n, samples); −1 for a ray that hits nothing or a back."""
+        """Index of the vertex that each ray hits, shape (n, samples); −1 if it hits nothing, or a back."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
             remedy = "Raise the limit with transport(memory=...); gather works without stored hits."

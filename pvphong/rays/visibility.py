@@ -422,7 +422,10 @@ class Visibility:
         return row == len(self._lights) or self._lights[row].has_size
 
     def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
-        """Return True if the rows of `lights` and, with `sky`, the sky's row are final, on both sides with `behind`."""
+        """Return True if the visibility of the lights with these indices is final and, with `sky`, that of the sky.
+
+        With `behind`, this must hold for both sides of the vertices.
+        """
         rows, sides = (*lights, *[len(self._lights)] * sky), self._sides if behind else (self,)
         return all(row in s._done and (s._done[row] is None or not s._is_sampled(row)) for s in sides for row in rows)
 
@@ -547,7 +550,7 @@ class Visibility:
         self._done[row] = samples
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
+        """Return the visibility as an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
 
         Missing rows are computed for the lights with the indices `lights` and, with `sky`, for the sky. Other rows may
         be missing. With `behind`, rows for the vertices' back sides follow in the same order.

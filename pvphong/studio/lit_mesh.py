@@ -206,7 +206,10 @@ class LitMesh:
         return Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
 
     def shading_at(self, row: int) -> Shading | None:
-        """Return each light's share of the current colour of the drawn vertex `row`; None before the first refresh."""
+        """Return the contribution of each light to the current colour of a drawn vertex; None before the first refresh.
+
+        `row` is the index of the vertex.
+        """
         if self._plan is None:
             return None
         rows, bounced = np.array([row]), self.bounced

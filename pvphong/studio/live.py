@@ -137,8 +137,8 @@ class MeshHandle(Handle):
     """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
     If blocks share a material, a change applies to all of them. The attributes of the lit mesh are available too.
-    `feature_angle` and `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours
-    have been computed, can be read.
+    `feature_angle` and `casts_shadows` can be set. `mesh` and `actor` can be read, and so can `evaluations`, the number
+    of times the colours have been computed.
 
     Parameters
     ----------

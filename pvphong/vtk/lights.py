@@ -34,8 +34,8 @@ def as_light(light: Any, viewer: Any = None) -> Light:
 
     The type of the light determines its frame. A scene light gets the frame "world", and its transform matrix is
     applied. A headlight gets the frame "headlight". A camera light, which moves with the viewer, gets the frame
-    "camera". With a `viewer`, a camera light is placed in the world instead; the world position that VTK stores is not
-    used, because VTK updates it only when it renders.
+    "camera". With a `viewer`, a camera light is placed in the world instead. The world position that VTK stores for the
+    light is not used, because VTK updates this position only when it renders.
 
     All fields are converted, including those that VTK's shader ignores. `pyvista.Light(color=…)` also sets the ambient
     colour, which the standard convention uses and `LightModel.vtk()` does not.

@@ -66,10 +66,11 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 
 
 def _is_headlight_tier(scene: Scene) -> bool:
-    """Return True if the first tier of VTK's shader computes a scene of the standard convention.
+    """Return True if VTK's shader draws a scene of the standard convention with its code for a single headlight.
 
-    In this tier, l = v, along the view axis, and the highlight is (n·l)^power. Because h = (l + v)/|l + v| is then
-    equal to l, this is Blinn-Phong shading for a single headlight, with the viewer at infinity.
+    In this code, the first tier of the shader, l = v, along the view axis, and the highlight is (n·l)^power. Because
+    h = (l + v)/|l + v| is then equal to l, this is Blinn-Phong shading for a single headlight, with the viewer at
+    infinity.
     """
     lights = shining(scene)
     alone = len(lights) == 1 and lights[0].is_uniform and lights[0].frame == "headlight"

@@ -101,7 +101,7 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Return the vertical position of a row's marker: its largest error, or `zero` if the error is 0.
+    """Return the vertical position of the marker for a row: the row's largest error, or `zero` if this error is 0.
 
     The axis is logarithmic and has no 0.
     """

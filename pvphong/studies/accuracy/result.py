@@ -194,7 +194,7 @@ class Row:
 
     @property
     def error(self) -> Errors:
-        """Measured error of the kind that the row's `kind` names."""
+        """The row's measured error of the kind that `kind` names, such as the field `sampling`."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row has the error of its own kind"
         return error
@@ -204,7 +204,7 @@ class Row:
         """Error that is compared with the tolerance.
 
         For interpolation it is the largest error. For sampling it is the root mean square, because rays are cast to a
-        standard error. For the other kinds it is the sum of the largest arithmetic and light-model errors; this sum
+        standard error. For the other kinds it is the sum of the largest arithmetic and light-model errors. This sum
         bounds the total error at the vertices.
         """
         if self.kind == "interpolation":
@@ -342,7 +342,7 @@ class Result:
     def best(
         self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
     ) -> Row | None:
-        """Return the cheapest row within a tolerance.
+        """Return the row with the least time within a tolerance. A row stands for one way to light the mesh.
 
         Parameters
         ----------
@@ -371,7 +371,7 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """Return the cheapest row that answers the same question as `row` with a smaller error; None without one."""
+        """Return the quickest row with the same question as `row` and a smaller error; None without such a row."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
@@ -392,7 +392,7 @@ class Result:
 
     @property
     def name_of_chosen(self) -> str:
-        """Name of the cheapest row within the report's tolerance at the vertices.
+        """Name of the row with the least time within the report's tolerance at the vertices.
 
         There is always such a row, because the float64 reference has no error.
         """
@@ -402,14 +402,14 @@ class Result:
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Colours of the row `name_of_chosen`, shape (n_points, 3).
+        """Colours at the vertices by the row that `name_of_chosen` names, shape (n_points, 3).
 
         They are computed at the first access.
         """
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Return index and error of the five vertices with the largest errors of the row `name_of_chosen`."""
+        """Return index and error of the five vertices at which `chosen_colors` have the largest errors."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]

@@ -251,7 +251,7 @@ class Variant(NamedTuple):
 
 
 def plan_name(tolerance: float) -> str:
-    """Return the name of the variant that evaluates the plan at a tolerance."""
+    """Return the name of the variant that evaluates the plan, the equation simplified within a tolerance."""
     return f"plan at {_in_steps(tolerance)}"
 
 
@@ -356,9 +356,10 @@ class SampledRows(NamedTuple):
 def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> SampledRows:
     """Measure shadows and occlusion by few rays per vertex, by many, and by as many as the tolerance needs.
 
-    A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
-    such as building the tree of the occluders' triangles. A row's errors are differences from reference colours by 4096
-    rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which evaluators lack.
+    A row's time includes casting its rays and lighting the vertices with them. It does not include work for all rays
+    together, such as building the tree of the occluders' triangles. A row's errors are differences from reference
+    colours by 4096 rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which
+    evaluators lack.
 
     Parameters
     ----------

@@ -59,8 +59,8 @@ def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
     """Find faces without an area, and faces with an uncertain normal. Skip faces with a point that is not finite.
 
     Rounding of the coordinates may turn a normal by step · magnitude / height radians. The step is the relative spacing
-    of the coordinates' float type, the magnitude is the face's largest absolute coordinate, and the height is measured
-    from the face's longest edge.
+    of the coordinates' float type. The magnitude is the face's largest absolute coordinate. The height is measured from
+    the face's longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
     all_finite = bool(finite.all())

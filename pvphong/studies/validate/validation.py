@@ -69,8 +69,8 @@ def validate(
     - on the edge of a spot's cone;
     - where two-sided lighting turns normals, at n·v = 0;
     - where VTK's rounding of positions and directions may exceed the bound;
-    - in the standard convention, where a cosine is so small that VTK increases it to 1e-5, and this changes the colour
-      visibly, as it may at powers of at most 1.
+    - in the standard convention, where VTK increases a cosine to its lower limit, 1e-5, and this changes the colour
+      visibly.
 
     Parameters
     ----------

@@ -118,9 +118,9 @@ class LightInScene:
     def reach(self, direction: Any) -> float:
         """Return the distance from the light's icon to the target of an aim.
 
-        `direction` is the vector in the aim's field. For a light with a position, this is the length of `direction`, or
-        about the distance to the scene's centre if this length is too short or too long. For any other light, it is a
-        fixed fraction of the scene's size.
+        `direction` is the vector in the aim's field. For a light with a position, this is the length of `direction`. If
+        this length is too short or too long, it is about the distance to the scene's centre. For any other light, it is
+        a fixed fraction of the scene's size.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -151,9 +151,9 @@ class LightInScene:
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for a drag of the handle named `handle`.
+        """Return centre, size and anchor of the scene for a drag of the handle named `handle`.
 
-        The scenery's anchor is the point around which the drag turns the light.
+        The anchor is the point around which the drag turns the light.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
         turns around a point in front of the icon, at first the scene's centre.
@@ -296,7 +296,7 @@ class Handle:
 
     @property
     def said(self) -> tuple[str, str]:
-        """The handle's two parts of the readout; "" for no part.
+        """The handle's two texts for the readout next to the cursor; "" for no text.
 
         The first is a line for a position or direction. The second is an entry in the line of sizes and angles.
         """

@@ -269,7 +269,7 @@ class Cursor:
 
 @dataclass(frozen=True)
 class DragStart:
-    """The state when a handle was grabbed.
+    """The state at the start of a drag, when the button was pressed on a handle.
 
     Parameters
     ----------
