@@ -492,7 +492,7 @@ class BlocksPhong(Handle):
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """Return the light transport between the blocks: the option `transport`, or else a new one.
+        """Return the light transport between the blocks: the option `transport`, or else a new transport.
 
         The option is removed from `options`. A new transport casts its rays when they are needed.
         """
@@ -513,7 +513,7 @@ class BlocksPhong(Handle):
         return materials_of([path for path, _ in blocks], own)
 
     def _albedos(self, albedo: Any) -> list[Any]:
-        """Return each dataset's albedo, in order."""
+        """Return each dataset's albedo, in order. `albedo` is that of all, or a mapping from block names to albedos."""
         paths = [path for path, _ in datasets(self._blocks)]
         return materials_of(paths, albedo, "albedo") if isinstance(albedo, Mapping) else [albedo] * len(paths)
 

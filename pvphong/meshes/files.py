@@ -352,7 +352,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove the files of blocks that `target`, a file that lists blocks, does not list any more.
+    """Remove the block files that the MultiBlock file `target` no longer lists, from the folder next to `target`.
 
     Files of writers that are still running are kept.
     """

@@ -419,7 +419,8 @@ class _Direct(NamedTuple):
 def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occluders: Any) -> Occluders:
     """Return the geometry that blocks light: first the surfaces in order, then the occluders.
 
-    A surface without faces has an empty part. If light bounces, the geometry is that of the transport `together`.
+    A surface without faces has no triangles there. `together` is the transport of light between the surfaces, None
+    without bounces. If it is given, its geometry is returned.
     """
     known = None if together is None else together.parts[0].blocking
     if known is not None and all(has_faces(each.source) for each in surfaces):
@@ -430,7 +431,7 @@ def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occlud
 def _gathered(
     direct: Sequence[FloatArray], albedos: Sequence[FloatArray], together: Transport, count: int
 ) -> FloatArray:
-    """Return the irradiance by light that has bounced 1 to `count` times, for all points of the transport.
+    """Return the irradiance by light that has bounced 1 to `count` times, at all points of the transport `together`.
 
     Parameters
     ----------

@@ -247,7 +247,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, three numbers; then the power of two that scales coordinates to [−1, 1]."""
+        """Four numbers: the centre of the triangles' box, and the power of two that scales coordinates to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property

@@ -146,7 +146,7 @@ class SkyTracer:
         return replace(self, receiver=self.receiver.some(rows))
 
     def cast(self) -> Coefficients:
-        """Cast all rays and return the coefficients."""
+        """Cast all rays, and return the visible parts of sky, ground and sun."""
         self.receiver.origins, self.occluders.casters  # noqa: B018  threads will share them
         count, rays = len(self.receiver.points), list[int]()
         sky = np.empty((count, len(self.patches)), np.uint8)

@@ -464,8 +464,8 @@ class PathTracer:
     ) -> tuple[Float64Array, _Rays]:
         """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths of a bundle.
 
-        The light is estimated in two ways: by samples on each light, and by the sampled direction in which a path
-        continues. `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
+        Each light is estimated in two ways: by rays to samples on the light, and by the rays that continue the paths.
+        `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)

@@ -388,7 +388,7 @@ class Receiver:
 
     @cached_property
     def begun(self) -> Begun:
-        """Origins of rays, and the mean height of the faces around each vertex.
+        """Origins of rays, and the mean height of the faces around each vertex above its tangent plane.
 
         The origins on the back side follow from this height.
         """

@@ -349,7 +349,7 @@ class Transport:
 
     @property
     def hits(self) -> NDArray[np.int32]:
-        """Index of the vertex that each ray hits, shape (n, samples); −1 if it hits nothing, or a back."""
+        """Index of the vertex that each ray hits, shape (n, samples); −1 if the ray hits nothing, or a back side."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
             remedy = "Raise the limit with transport(memory=...); gather works without stored hits."

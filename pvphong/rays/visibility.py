@@ -609,7 +609,7 @@ class Visibility:
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError if this visibility was computed for other points, lights or another light model.
+        """Raise ValueError if this visibility was computed for other points, other lights or another light model.
 
         The arguments are in world coordinates. `labels` are the lights' names in messages.
         """

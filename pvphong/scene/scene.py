@@ -322,7 +322,7 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     """Return a unique label for each light: its name, or its index if it has none.
 
-    A light whose name equals the index of any light is also labelled by its own index.
+    If its name equals the index of a light, a light is labelled by its own index, so that labels differ.
 
     Parameters
     ----------

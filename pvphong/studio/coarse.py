@@ -26,7 +26,7 @@ _AFTER_MIX = 0.25  # observer priority: after the colours are computed
 
 
 class Clustered(NamedTuple):
-    """A mesh with fewer vertices."""
+    """A mesh with fewer vertices, as from `clustered`."""
 
     rows: IntArray
     """Index of each remaining vertex in the whole mesh."""

@@ -45,7 +45,7 @@ _ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Raise `error`. This function replaces the one that updates a mesh if an error prevents all lighting."""
+    """Raise `error`. If an error prevents all lighting, this function replaces the function that updates a mesh."""
     raise error
 
 

@@ -144,7 +144,7 @@ def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
 def interpolation(
     mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
 ) -> Interpolation:
-    """Measure the interpolation errors of the original and the refined meshes.
+    """Measure the errors of colours that are interpolated inside triangles, for the original mesh and refined meshes.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def interpolation(
     subject : Subject
         The mesh's points, normals, scene and material. If the subject has a visibility, rays are cast inside triangles.
     tolerance : float
-        Tolerance of the adaptive refinement.
+        Largest colour error inside triangles that the adaptive refinement leaves.
     exact_seconds : float
         Seconds of a float64 evaluation of all vertices, rays included.
     clock : Clock

@@ -243,7 +243,7 @@ class Vertex:
     pvphong, vtk : tuple of float
         The unclamped colours.
     tier : int
-        Number of the shader that VTK chose; an index into `TIERS`.
+        Number of the kind of lighting code that VTK chose; an index into `TIERS`.
     """
 
     index: int
@@ -333,7 +333,7 @@ class Comparison:
 
     @property
     def p99(self) -> float:
-        """99th percentile of the vertices' errors."""
+        """99th percentile of the vertices' errors; see `p50`."""
         return float(np.percentile(self._magnitudes, 99)) if self.n else math.nan
 
     @property

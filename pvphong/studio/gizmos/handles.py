@@ -83,8 +83,9 @@ class LightInScene:
     def handles(self) -> dict[str, Handle]:
         """Handles of the light, as name → handle.
 
-        A handle has the name that its role defines. If another handle has that name already, the handle has the name of
-        its field. The last handle is for the intensity. It has no position; the intensity can only be typed.
+        A handle has the name that its role defines. If another handle has this name already, it has the name of its
+        field instead. The last handle is for the intensity. This handle has no position, and the intensity can only be
+        typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -579,7 +580,7 @@ class FalloffHandle(Handle):
     def typed(self, numbers: dict[str, float]) -> Light:
         """Return the light with the falloff that leaves half of the light at the typed distance.
 
-        The linear and quadratic coefficients are scaled. A light without such a distance is returned unchanged.
+        The linear and quadratic coefficients are scaled. A light with a constant falloff is returned unchanged.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:
