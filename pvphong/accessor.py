@@ -385,7 +385,7 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """Measure accuracy against time on all blocks, joined into one surface with one material."""
+        """Measure accuracy against time on all blocks, which are joined into one surface with one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)

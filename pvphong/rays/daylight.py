@@ -118,7 +118,7 @@ class SkyTracer:
     receiver : Receiver
         The vertices.
     occluders : Occluders
-        Parts that can block rays.
+        Geometry that can block rays.
     axes : ndarray
         Unit vectors to the east, to the north and up, as rows.
     patches : Patches

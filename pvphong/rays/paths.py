@@ -391,7 +391,7 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Return the light at some vertices of one reflector, as the scene's viewer sees them.
+        """Return the reflection of light at some vertices of one reflector, towards the scene's viewer.
 
         `part` is the reflector's index, and `receiver` has its vertices. `vertices` are indices of some of these.
         """

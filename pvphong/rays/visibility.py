@@ -422,7 +422,7 @@ class Visibility:
         return row == len(self._lights) or self._lights[row].has_size
 
     def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
-        """Return True if the visibility of the lights with these indices is final and, with `sky`, that of the sky.
+        """Return True if no rays are missing to the lights with these indices and, with `sky`, to the sky.
 
         With `behind`, this must hold for both sides of the vertices.
         """
@@ -635,7 +635,7 @@ class Visibility:
 
 
 class _State(NamedTuple):
-    """State of a visibility for pickling. `done` lists, for each side of the vertices, the rows that are computed."""
+    """State of a visibility for pickling. `done` has, for each side of the vertices, the rows that are computed."""
 
     tracer: Tracer
     lights: tuple[Light, ...]

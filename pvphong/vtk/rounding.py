@@ -99,7 +99,7 @@ def allowed_error(roughness: float) -> float:
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Find the open vertices, whose colour is uncertain in float32 by more than a tolerance.
+    """Find the open vertices, that is, vertices whose colour is uncertain in float32 by more than a tolerance.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Find the open vertices in VTK's physically based shading, whose colour is uncertain in float32.
+    """Find the open vertices in VTK's physically based shading: the vertices whose colour is uncertain in float32.
 
     The colour is the sum of all light to the power 1/2.2, so errors of the sum are converted to errors of this power.
 

@@ -369,7 +369,7 @@ class _Measurement:
         Parameters
         ----------
         errors : dict
-            Result of `_drop_effects`.
+            Largest error without each effect or light, by its name, from `_drop_effects`.
         times : dict
             Seconds of the repeats of each run, by the run's name.
         casting : dict

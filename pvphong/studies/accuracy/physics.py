@@ -145,7 +145,7 @@ class Physics:
         return f"{begun}. {best.name.capitalize()}: {back:.0%} less RMS error, for {price} more."
 
     def table(self) -> Table:
-        """Return the models as a `rich.table.Table`."""
+        """Return the models with their times and errors as a `rich.table.Table`."""
         numbers = ("time", "RMS", "largest", "mean")
         found = table(
             "Phong against the rendering equation: linear light at the vertices", "light", *numbers, right=numbers

@@ -46,7 +46,7 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def toggle_asking(gizmos: Gizmos) -> None:
-    """Switch the drag on a mesh between two meanings: ask for light on a spot, and turn the view."""
+    """Switch the meaning of a drag on a mesh: it asks for more or less light on a spot, or turns the view."""
     gizmos.asks, gizmos.spot = not gizmos.asks, None
     follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
     asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"

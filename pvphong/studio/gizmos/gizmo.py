@@ -241,9 +241,9 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Bounds of the drawn objects without a stage, used to place icons.
+        """Centre and size of the drawn objects without a stage (ground or backdrop), used to place icons.
 
-        If nothing is drawn, bounds of the camera's view.
+        If nothing is drawn, the result is centre and size of the camera's view.
         """
         with self.lit.without_bounds_of_stage():
             bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
