@@ -148,7 +148,9 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the mesh if it is a PolyData, like the results of `shade`. Otherwise raise ValueError."""
+    """Return the mesh unchanged if it is a PolyData, like the results of `shade`. Raise ValueError for any other
+    dataset.
+    """
     if not isinstance(mesh, pv.PolyData):
         check.refuse("lit", f"a {type(mesh).__name__}", "a PolyData, as returned by mesh.phong.shade")
     return mesh

@@ -338,8 +338,8 @@ class Receiver:
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling.
 
-        It has the results of the callables instead of the callables. The origins of rays are included only if they are
-        known.
+        In this state, the results of the callables replace the callables. The origins of rays are included only if they
+        are known.
         """
         normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
         known = partial(Begun, *self.begun) if is_known else None

@@ -147,7 +147,7 @@ class LitActors:
 
     @contextmanager
     def without_bounds_of_stage(self) -> Iterator[None]:
-        """Return a context in which the stage does not count towards the bounds of the drawn objects."""
+        """Return a context in which the bounds of the drawn objects do not include the stage (ground or backdrop)."""
         actor = None if self.stage is None else self.stage.actor
         if actor is not None:
             actor.UseBoundsOff()

@@ -90,7 +90,7 @@ class Place(NamedTuple):
 
 
 class Locators:
-    """Search structures for the point of lit meshes that is nearest to a given point.
+    """Search structures, one for each lit mesh, to find the point of the meshes that is nearest to a given point.
 
     The structure of a mesh is kept until the mesh changes.
     """

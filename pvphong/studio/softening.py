@@ -116,8 +116,8 @@ class Softening:
     def _begin(self, state: Any, wanted: list[_Wanted | None]) -> None:
         """Record a state of meshes and lights, and the visibility that the meshes still need in it.
 
-        `wanted` has an entry for each mesh, None if no rays are
-        missing. A running job continues if it casts exactly the missing rays; otherwise it is cancelled.
+        `wanted` has an entry for each mesh; None if no rays are missing. A running job continues if it casts exactly
+        the missing rays. Any other job is cancelled.
         """
         missing = [each for each in wanted if each is not None]
         if self._job is None or self._casting != [each.rays for each in missing]:

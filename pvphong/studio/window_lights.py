@@ -248,7 +248,7 @@ class WindowLights:
 def free_name(wanted: str, taken: set[str]) -> str:
     """Return `wanted` if this name is not in `taken`.
 
-    Otherwise return it with the lowest number, from 2, that is free.
+    If it is, return the name followed by the lowest number, from 2, for which the result is not in `taken`.
     """
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:

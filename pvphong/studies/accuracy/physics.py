@@ -274,14 +274,14 @@ class _Models:
         self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """Run a model and add it.
+        """Light the mesh by a model, and add the model with its time and colours.
 
         Parameters
         ----------
         name : str
             Description of the model.
         run : callable
-            Function that returns the colours of the model.
+            Function that lights the mesh by the model, and returns the colours, shape (n, 3).
         before : float
             Seconds that the model's rays took; they were cast before this call.
         """

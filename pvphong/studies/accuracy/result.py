@@ -188,7 +188,7 @@ class Row:
     def question(self) -> Question:
         """Question that the row answers: "at the vertices", "casting rays" or "inside triangles".
 
-        The kind determines it.
+        The row's `kind` determines the question.
         """
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 

@@ -110,8 +110,8 @@ class View:
         Returns
         -------
         place, direction : tuple of float
-            The position in pixels, and the unit vector on the screen towards the point. It is downwards if the point is
-            straight behind the eye.
+            The position in pixels, and the unit vector on the screen towards the point. The vector is downwards if the
+            point is straight behind the eye.
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
@@ -216,7 +216,9 @@ class View:
         return np.eye(3)[int(np.argmax(fits))]
 
     def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
-        """Return the motion on the screen, in pixels per world unit, of a world point that moves along `axis`."""
+        """Return the motion on the screen, in pixels per world unit, of the world point `point` if it moves along
+        `axis`.
+        """
         along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
         if self.viewer.parallel:
             return self._zoom * along[:2]
