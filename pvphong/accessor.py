@@ -118,7 +118,9 @@ class MeshPhong(Handle):
         feature_angle: FeatureAngle = None,
         backend: Backend = "auto",
     ) -> Comparison:
-        """Compare the lit colours with VTK's own shader, vertex by vertex; see `pvphong.validate`.
+        """Compare the lit colours with VTK's own shader, vertex by vertex.
+
+        The parameters and the result are those of `pvphong.validate`.
 
         Examples
         --------
@@ -144,7 +146,9 @@ class MeshPhong(Handle):
         visibility: Visibility | None = None,
         truth: bool = False,
     ) -> Tradeoff:
-        """Measure accuracy against time on this mesh; see `pvphong.studies.accuracy.measure.tradeoff`.
+        """Measure accuracy against time on this mesh.
+
+        The parameters and the result are those of `pvphong.tradeoff`.
 
         Examples
         --------
@@ -262,14 +266,20 @@ class BlocksPhong(Handle):
     def plan(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, Plan]:
-        """Return a plan for each dataset. The option `visibility` accepts the result of the method `visibility`."""
+        """Return a plan, the simplified lighting equation, for each dataset.
+
+        The option `visibility` accepts the result of the method `visibility`.
+        """
         scene = self._scene(scene, options)
         parts = self._exchanging(options).parts if scene.light_model.bounces else None
         return self._by_path(self._each("plan", scene, self._own(scene, material, options, parts)))
 
     @_options_of(MeshPhong.visibility)
     def visibility(self, scene: SceneLike | None = None, **options: Any) -> dict[str, Visibility]:
-        """Return the visibility of lights and sky for each dataset. The other blocks may block light too."""
+        """Return the visibility of lights and sky for each dataset, as block name → result.
+
+        Blocks may block each other's light.
+        """
         scene = self._scene(scene, options)
         among = occluders_of_blocks(self._blocks, options.get("matrix"), options.pop("occluders", ()))
         return self._by_path(lambda block: block.phong.visibility(scene, occluders=next(among), **options))
@@ -283,7 +293,10 @@ class BlocksPhong(Handle):
     def truth(
         self, scene: SceneLike | None = None, material: Materials = DEFAULT_MATERIAL, **options: Any
     ) -> dict[str, rendering.Truth]:
-        """Compute the colours of each dataset from the rendering equation. Blocks reflect light to each other."""
+        """Compute the colours of each dataset from the rendering equation, as block name → result.
+
+        Blocks reflect light to each other.
+        """
         where = {name: options.pop(name) for name in (*_OF_SURFACES, "occluders") if name in options}
         scene = self._scene(scene, where)
         among = rendering.reflecting_blocks(self._blocks, scene, self._materials(material), **where)
@@ -372,14 +385,14 @@ class BlocksPhong(Handle):
         feature_angle: FeatureAngle = None,
         **options: Any,
     ) -> Tradeoff:
-        """Measure accuracy against time on all blocks, joined into one surface with one material."""
+        """Measure accuracy against time on all blocks, which are joined into one surface with one material."""
         from pvphong.studies.accuracy.measure import tradeoff
 
         return tradeoff(lit.one_surface(self._blocks, feature_angle), scene, material, **options)
 
     @_options_of(MeshPhong.diagnose)
     def diagnose(self, **options: Any) -> dict[str, diagnosis.Diagnosis]:
-        """Return a diagnosis of each dataset."""
+        """Return a diagnosis of each dataset, as block name → result."""
         return self._by_path(lambda block: block.phong.diagnose(**options))
 
     @_options_of(MeshPhong.fit)
@@ -428,8 +441,9 @@ class BlocksPhong(Handle):
     ) -> Iterator[tuple[Material | str, dict[str, Any]]]:
         """Yield the material and the options of each dataset, in order.
 
-        The options are `options`, with the dataset's own visibility or occluders in place of those of all blocks.
-        `transports` are the datasets' parts of a light transport; if given, they become the option `transport`.
+        The options of a dataset are a copy of `options`. In the copy, `visibility` and `occluders` are those of this
+        dataset, not of all blocks. `transports` are the datasets' parts of a light transport. If given, they become
+        the option `transport`.
         """
         materials, own = self._materials(material), visibility_options(self._blocks, scene, options)
         if transports is not None:
@@ -454,10 +468,10 @@ class BlocksPhong(Handle):
     def _inside(
         self, method: str, scene: SceneLike | None, material: Materials, options: dict[str, Any]
     ) -> pv.MultiBlock:
-        """Call the method `method` of each block, with the common scene: `refine` or `interpolation_error`.
+        """Call a method of each block with the same scene, and return a MultiBlock of the resulting meshes.
 
-        Both methods evaluate colours inside triangles. Light that bounces between the blocks is computed only at their
-        vertices.
+        `method` is "refine" or "interpolation_error". Both methods evaluate colours inside triangles. Light that
+        bounces between the blocks is computed only at their vertices, and blended across the triangles.
         """
         scene, bounced = self._scene(scene, options), None
         if scene.light_model.bounces:
@@ -470,11 +484,15 @@ class BlocksPhong(Handle):
         return map_blocks(self._blocks, self._each(method, scene, self._own(scene, material, options, bounced)))
 
     def _surfaces(self, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> list[transports.Exchanging]:
-        """Return all datasets as surfaces that exchange light by reflection."""
+        """Return all datasets as surfaces that exchange light by reflection.
+
+        `matrix` is the model matrix of all. Edges are split if the normals of their faces differ by more than
+        `feature_angle`, in degrees.
+        """
         return of_each(self._blocks, lambda block: transports.Exchanging.of(block, matrix, feature_angle))
 
     def _exchanging(self, options: dict[str, Any]) -> Transport:
-        """Return the light transport between the blocks: the option `transport`, or else a new one.
+        """Return the light transport between the blocks: the option `transport`, or else a new transport.
 
         The option is removed from `options`. A new transport casts its rays when they are needed.
         """
@@ -495,7 +513,7 @@ class BlocksPhong(Handle):
         return materials_of([path for path, _ in blocks], own)
 
     def _albedos(self, albedo: Any) -> list[Any]:
-        """Return each dataset's albedo, in order."""
+        """Return each dataset's albedo, in order. `albedo` is that of all, or a mapping from block names to albedos."""
         paths = [path for path, _ in datasets(self._blocks)]
         return materials_of(paths, albedo, "albedo") if isinstance(albedo, Mapping) else [albedo] * len(paths)
 

@@ -4,6 +4,6 @@
 - `normals.py`: normals and tangents of meshes.
 - `fit.py`: comparison of stored normals with the faces.
 - `projection.py`: the viewing pipeline, and normals of planes and implicit surfaces.
-- `extent.py`: bounds of vertices and normals, which plans use, and a test for convex bodies.
+- `extent.py`: bounds of vertices and normals, and a test for convex bodies.
 - `rays.py`: if a ray begins far away, moves its start near the triangles.
 """

@@ -1,6 +1,7 @@
-"""Bounds of a mesh: a box and a sphere around the vertices, and a cone around the normals; and a test for convexity.
+"""Bounds of a mesh, and a test for convexity. The bounds are a box and a sphere around vertices, and a cone around
+normals.
 
-Plans use these bounds before they examine single vertices.
+To simplify the lighting equation, plans use these bounds before they examine single vertices.
 """
 
 from __future__ import annotations
@@ -205,9 +206,9 @@ def is_convex(points: FloatArray, normals: FloatArray, triangles: NDArray[np.int
     If the result is True, a ray that starts at a point, on the side to which the point's normal points, does not hit
     the body.
 
-    Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric structures" (1999): a closed
-    surface that is convex at each edge bounds a convex body if some point is behind all faces, and a ray from this
-    point hits only one face.
+    A closed surface that is convex at each edge bounds a convex body, if some point is behind all faces and a ray from
+    this point hits only one face. Source: K. Mehlhorn et al., "Checking geometric programs or verification of geometric
+    structures" (1999).
 
     Parameters
     ----------

@@ -261,8 +261,12 @@ def point_normals(
 
     Parameters
     ----------
-    points, connectivity, offsets : array_like
-        As for `polygon_normals`.
+    points : array_like
+        Shape (n, 3), any real type.
+    connectivity : array_like of int
+        Point indices of all faces, one face after the other.
+    offsets : array_like of int
+        Shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last.
     weighting : {"angle", "area", "max"}
         Weight of a face at a corner. "angle": the face's angle at the corner [1]_, or 180° if the point coincides with
         the face's previous or next point; the normals then do not depend on the division of the surface into faces.
@@ -279,7 +283,7 @@ def point_normals(
     Raises
     ------
     ValueError
-        As `polygon_normals`, or for another weighting.
+        If an index is out of range, the arrays do not fit together, or `weighting` has another value.
 
     References
     ----------
@@ -322,8 +326,9 @@ def _weights(block: FaceBlock, areas: Float64Array, weighting: Weighting) -> Flo
     areas : ndarray
         Shape (3, m), the block's area vectors.
     weighting : {"angle", "area", "max"}
-        Kind of weight, as for `point_normals`. Weights by area are in units of 2**(2 * block.exponents), angles in
-        radians, and "max" in units of 2**(-2 * block.exponents).
+        Kind of weight. "angle" is the face's angle at the corner in radians. "area" is the face's area in units of
+        2**(2 * block.exponents). "max" is the sine of the angle over the product of the lengths of the corner's edges,
+        in units of 2**(-2 * block.exponents).
     """
     if weighting == "area":
         return np.broadcast_to(np.sqrt(dot(areas, areas)), block.corners.T.shape)
@@ -377,8 +382,12 @@ def point_tangents(
 
     Parameters
     ----------
-    points, connectivity, offsets : array_like
-        As for `polygon_normals`.
+    points : array_like
+        Shape (n, 3), any real type.
+    connectivity : array_like of int
+        Point indices of all faces, one face after the other.
+    offsets : array_like of int
+        Shape (n_faces + 1,): the start of each face in `connectivity`, and the end of the last.
     coordinates : array_like
         Shape (n, 2), texture coordinates u and v.
     normals : array_like

@@ -162,7 +162,24 @@ def transform_points(points: ArrayLike, matrix: MatrixLike) -> Float64Array:
 def transform_vectors(vectors: ArrayLike, matrix: MatrixLike) -> Float64Array:
     """Transform vectors (differences of points) by a model matrix: L v / w, without its translation.
 
-    Parameters, result and errors are as for `transform_points`. The vectors are not normalized.
+    The vectors are not normalized.
+
+    Parameters
+    ----------
+    vectors : array_like
+        Shape (n, 3), any real type.
+    matrix : array_like or vtkMatrix4x4
+        Shape (4, 4) with last row (0, 0, 0, w), w != 0.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, 3), float64. Components that overflow are infinite; a vector that is not finite stays not finite.
+
+    Raises
+    ------
+    ValueError
+        If the matrix is not finite, its last row is projective, or an argument has a wrong shape or type.
 
     Examples
     --------
@@ -194,12 +211,13 @@ def transform_normals(normals: ArrayLike, matrix: MatrixLike) -> Float64Array:
     Raises
     ------
     ValueError
-        As for `normal_matrix`, or if `normals` has a wrong shape or type.
+        If the matrix is not finite, its last row is projective, it flattens space onto a line or a point, or an
+        argument has a wrong shape or type.
 
     Warns
     -----
     SingularMatrixWarning
-        As for `normal_matrix`.
+        If the matrix flattens space onto a plane. The normals are then the limit for ever flatter matrices.
 
     Examples
     --------

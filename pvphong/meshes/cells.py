@@ -56,7 +56,7 @@ class Cells:
     connectivity : ndarray
         Point indices of all cells, one cell after the other.
     version : tuple or None
-        Value that changes when the array is modified, so that an unmodified array is checked only once; None if the
+        Value that changes when the array is modified. With it, an unmodified array is checked only once. None if the
         array is checked each time.
     """
 

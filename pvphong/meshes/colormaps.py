@@ -200,11 +200,11 @@ def lookup_table(name: str, colormap: Colormap, numbers: Any, span: Span | None 
     Parameters
     ----------
     name : str
-        Field of the material, for error messages.
+        Name of the material's field that has the colormap, for error messages.
     colormap : Colormap
         The colormap.
     numbers : ndarray
-        Shape (n,).
+        The numbers to map, shape (n,).
     span : Span, optional
         Range for a colormap without `clim`; by default the range of `numbers`.
 
@@ -265,12 +265,12 @@ def _listed(colors: tuple[Any, ...]) -> Any:
 def _found_range(name: str, span: Span, log_scale: bool) -> tuple[float, float]:
     """Return the ends of a lookup table's range for a colormap without `clim`.
 
-    Raise ValueError, which names the field `name`, if there is no such range.
+    Raise ValueError if there is no such range.
 
     Parameters
     ----------
     name : str
-        Field of the material.
+        Name of the material's field that has the colormap, for error messages.
     span : Span
         Range of the numbers.
     log_scale : bool

@@ -35,9 +35,10 @@ def default_scene(
     """Return a scene with key, fill and rim light, and PyVista's default view of the mesh.
 
     The viewer looks at the centre of the mesh from PyVista's default direction (1, 1, 1), with z up. Its distance is
-    the smallest at which the bounding box fits into the image. The lights move with the viewer: a warm key light from
-    the upper left, a weaker cool fill light from the right, which reaches all surfaces that face the viewer, and a rim
-    light from behind. A mesh with open edges shows its back faces, so its scene is lit two-sided.
+    the smallest at which the bounding box fits into the image. The lights move with the viewer. The key light is warm
+    and comes from the upper left. The fill light is weaker and cool, comes from the right, and reaches all surfaces
+    that face the viewer. The rim light comes from behind. A mesh with open edges shows its back faces, so its scene is
+    lit two-sided.
 
     Parameters
     ----------
@@ -83,7 +84,8 @@ def _moved(part: pv.PolyData, matrix: MatrixLike) -> pv.PolyData:
 def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3) -> Scene:
     """Return the default scene for meshes with these bounds: x_min, x_max, y_min, y_max, z_min, z_max.
 
-    `is_open` is True if a mesh has open edges, so that both sides are lit. `aspect` is as for `default_scene`.
+    `is_open` is True if a mesh has open edges, so that both sides are lit. `aspect` is the
+    width of the image divided by its height.
     """
     far, (low, high) = Viewer.framing(bounds), finite_box(bounds)
     center, radius = np.array(far.focal_point), far.parallel_scale
@@ -100,7 +102,7 @@ def default_scene_of(bounds: VectorLike, *, is_open: bool, aspect: float = 4 / 3
 
 
 def scene_for(mesh: Any, given: SceneLike | None, matrix: MatrixLike | None = None) -> Scene:
-    """Return the scene in which a mesh is lit, with a viewer. It is the given scene; without one, `default_scene`.
+    """Return the scene in which a mesh is lit, with a viewer: the given scene, or else the result of `default_scene`.
 
     Parameters
     ----------

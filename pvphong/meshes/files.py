@@ -295,7 +295,7 @@ def _write_polydata(lit: pv.PolyData, aside: Path, compression: Any) -> None:
 
     (Base64 would take three times as long and a third more space.) VTK's writer crashes the process on a full disk. So
     if the disk may be too small, the file is made in memory first, and then written to the disk. This takes twice the
-    file's length in memory. `compression` is as for PyVista's `save`.
+    file's length in memory. `compression` is "lz4", "zlib", or None for no compression.
     """
     lit._store_metadata()  # as in PyVista's `save`, for arrays of bools and complex numbers
     writer = pv.XMLPolyDataWriter(aside, lit)
@@ -352,7 +352,7 @@ def _save_with_folder(blocks: pv.MultiBlock, path: Path, options: dict[str, Any]
 
 
 def _clear_old_blocks(target: Path) -> None:
-    """Remove files of blocks that the file `target` does not list any more, from the folder next to `target`.
+    """Remove the block files that the MultiBlock file `target` no longer lists, from the folder next to `target`.
 
     Files of writers that are still running are kept.
     """

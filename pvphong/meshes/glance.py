@@ -71,7 +71,20 @@ class NormalsWarning(UserWarning):
 
 
 def warn_of_normals(mesh: pv.DataSet, source: pv.PolyData, scene: Scene, matrix: MatrixLike | None = None) -> None:
-    """Warn if most normals or faces of a surface point the wrong way; arguments as for `complaint`.
+    """Warn if most normals or faces of a surface point the wrong way.
+
+    The warning has the text that `complaint` returns.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        The mesh.
+    source : pyvista.PolyData
+        The valid surface of the mesh.
+    scene : Scene
+        A scene with a viewer.
+    matrix : array_like, optional
+        (4, 4) model matrix.
 
     Warns
     -----
@@ -182,7 +195,8 @@ def _corners_of_some(source: pv.PolyData) -> NDArray[np.int64]:
 def _places_and_areas(source: pv.PolyData, corners: NDArray[np.int64]) -> tuple[Float64Array, Float64Array]:
     """Return three times the centres of m triangles, and twice their area vectors, shape (3, m) each.
 
-    `corners` has the point indices of the triangles, shape (3, m).
+    An area vector points along the triangle's normal and is as long as its area. `corners` has the point indices of the
+    triangles, shape (3, m).
     """
     p, q, r = np.take(np.asarray(source.points), corners, axis=0).transpose(0, 2, 1).astype(np.float64)
     return p + q + r, cross(q - p, r - p)

@@ -1,12 +1,12 @@
 """`mesh.phong.irradiance`: light that arrives at a mesh, in the unit of its lights, without a material.
 
-A perfectly white matte surface has the colour E, if its irradiance is E in the unit of the lights: a directional light
-of intensity 1 gives 1 to a surface that faces it, and a lamp of intensity I gives I/d² at the distance d. So the
-evaluators compute irradiance as the unclamped colour of a white matte surface, without ambient light. The radiance of
-that surface is E/π; correspondingly, a colour of an environment's image is π times its radiance.
+If the irradiance of a perfectly white matte surface is E in the unit of the lights, its colour is E. For example, a
+directional light of intensity 1 gives 1 to a surface that faces it, and a lamp of intensity I gives I/d² at the
+distance d. So the evaluators compute irradiance as the unclamped colour of a white matte surface, without ambient
+light. The radiance of that surface is E/π; correspondingly, a colour of an environment's image is π times its radiance.
 
-In order: the function; the places where irradiance is computed, which are vertices, or nodes inside faces; direct
-light; bounces.
+In order: the function; the places where irradiance is computed; direct light; bounces. The places are vertices, or
+sample points inside faces, called nodes.
 """
 
 from __future__ import annotations
@@ -82,33 +82,40 @@ def irradiance(
     mesh : pyvista.DataSet
         A dataset with a surface; it is not modified.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Of the light model, `shadows`, `two_sided` and `bounces` are used.
+        Lights and light model; by default `pvphong.default_scene`. Of the light model, `shadows`, `two_sided` and
+        `bounces` are used.
     per : {"vertex", "face"}, default "vertex"
         "vertex": point arrays, with the normals of `shade`. "face": cell arrays with the mean over each face, which has
-        a flat normal. The mean is computed from six nodes per triangle (Strang and Fix's rule, exact for polynomials of
-        degree 4). A flat normal points to the side of the mesh's stored normals, if there are any. Cells without area
-        have 0.
+        a flat normal. The mean is computed from six sample points per triangle (Strang and Fix's rule, exact for
+        polynomials of degree 4). A flat normal points to the side of the mesh's stored normals, if there are any. Cells
+        without area have 0.
     bounces : int, optional
         Number of diffuse reflections between surfaces, as in `LightModel`. By default, the number in the scene's light
         model.
     albedo : float, color or map, default 0.5
-        Fraction of the light that surfaces reflect, for bounces only: as for `Material`.
+        Fraction of the light that surfaces reflect, used for bounces only. A map is an array, an array's name or a
+        texture, as in `Material`.
     name : str, default "irradiance"
         Name of the new array. It becomes the active scalars.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     tolerance : float, default 0
         Largest error that is allowed to save time, in the unit of the result; 0 allows no approximation. Shadows of
         lights with a size are sampled until the standard error is below it; for 0, until it is 1/255 of the median
         irradiance of the lit parts.
-    precision, backend
-        As for `shade`.
+    precision : {"float32", "float64"}
+        Precision of the arrays and the arithmetic.
+    backend : {"auto", "numpy", "numba"}
+        Evaluator, as for `pvphong.evaluate`.
     feature_angle : float, "auto" or None, default None
-        As for `shade`. With "face", it affects only the light that vertices reflect.
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees; see `shade`. With
+        "face", the angle affects only the light that vertices reflect.
     occluders : sequence, optional
-        Other meshes that block light, as for `shade`.
-    visibility, transport : optional
-        Results of `mesh.phong.visibility` and `mesh.phong.transport`, used instead of casting rays; for "vertex" only.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
+    visibility : Visibility, optional
+        Result of `mesh.phong.visibility`, used instead of casting rays; for "vertex" only.
+    transport : Transport, optional
+        Result of `mesh.phong.transport`, used instead of casting rays; for "vertex" only.
 
     Returns
     -------
@@ -157,7 +164,9 @@ def irradiance_together(
     visibility: Sequence[Any] = (),
     transport: Transport | None = None,
 ) -> list[pv.PolyData]:
-    """Compute the irradiance of meshes that shadow each other and reflect light to each other; see `irradiance`.
+    """Compute the irradiance of meshes that shadow each other and reflect light to each other.
+
+    Parameters that are not listed here are those of `irradiance`. Return a mesh with the new arrays for each part.
 
     Parameters
     ----------
@@ -229,7 +238,18 @@ class Receiving(NamedTuple):
     def of(cls, mesh: pv.DataSet, per: Per, albedo: Any, feature_angle: FeatureAngle, backend: Backend) -> Self:
         """Return a dataset's surface with its albedo. Nothing is computed from its faces yet.
 
-        `per` is "vertex" or "face"; the arguments are as for `irradiance`.
+        Parameters
+        ----------
+        mesh : pyvista.DataSet
+            The dataset.
+        per : {"vertex", "face"}
+            Elements that receive the light: vertices, or faces with nodes inside.
+        albedo : float, color or map
+            Fraction of the light that the surface reflects.
+        feature_angle : float, "auto" or None
+            An edge is split if the normals of its two faces differ by more than this angle, in degrees.
+        backend : {"auto", "numpy", "numba"}
+            Backend that computes normals from the faces.
         """
         check.choice("per", per, get_args(Per))
         now = shallow_copy(mesh) if isinstance(mesh, pv.PolyData) else mesh
@@ -286,7 +306,7 @@ _WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
 
 
 class Nodes(NamedTuple):
-    """Nodes inside the faces of a surface, six per triangle, for means over cells."""
+    """Nodes, that is, sample points inside the faces of a surface, six per triangle, for means over cells."""
 
     cloud: pv.PolyData
     """The nodes, triangle by triangle."""
@@ -300,7 +320,11 @@ class Nodes(NamedTuple):
 
     @classmethod
     def of(cls, source: pv.PolyData, normals: Callable[[], FloatArray]) -> Self:
-        """Return the nodes of a surface's polygons and triangle strips."""
+        """Return the nodes, six sample points per triangle, of a surface's polygons and triangle strips.
+
+        `normals` is a function that returns the normals of the surface's points. If the surface has stored normals,
+        they decide which side of a face is its front.
+        """
         triangles, numbers = _triangles_of_cells(source)
         corners = np.asarray(source.points, np.float64)[triangles]
         flat = polygon_normals(source.points, triangles.ravel(), 3 * np.arange(len(triangles) + 1))
@@ -395,7 +419,8 @@ class _Direct(NamedTuple):
 def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occluders: Any) -> Occluders:
     """Return the geometry that blocks light: first the surfaces in order, then the occluders.
 
-    A surface without faces has an empty part. If light bounces, the geometry is that of the transport `together`.
+    A surface without faces has no triangles there. `together` is the transport of light between the surfaces, None
+    without bounces. If it is given, its geometry is returned.
     """
     known = None if together is None else together.parts[0].blocking
     if known is not None and all(has_faces(each.source) for each in surfaces):
@@ -406,7 +431,7 @@ def _blocking(surfaces: Sequence[Exchanging], together: Transport | None, occlud
 def _gathered(
     direct: Sequence[FloatArray], albedos: Sequence[FloatArray], together: Transport, count: int
 ) -> FloatArray:
-    """Return the irradiance by light that has bounced 1 to `count` times, for all points of the transport.
+    """Return the irradiance by light that has bounced 1 to `count` times, at all points of the transport `together`.
 
     Parameters
     ----------

@@ -143,7 +143,7 @@ def shade_mesh(
 
 @dataclass(frozen=True)
 class Setting:
-    """Options that all calls that light a mesh have in common. The fields are parameters of `shade_mesh`."""
+    """Options of every call that lights a mesh. The fields are the parameters of `shade_mesh` with the same names."""
 
     matrix: MatrixLike | None = None
     feature_angle: FeatureAngle = None
@@ -155,7 +155,7 @@ class Setting:
 
 
 class Prepared(NamedTuple):
-    """A mesh with the plan that lights it, and all inputs of the plan."""
+    """A mesh with the plan that lights it, and the inputs of this plan. A plan is a simplified lighting equation."""
 
     mesh: pv.DataSet
     """The given mesh, or a copy that shares its arrays."""
@@ -168,7 +168,7 @@ class Prepared(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A mesh with everything that its plan needs; the fields mean the same as in `Prepared`."""
+    """A mesh with everything that is needed to plan its lighting. The fields mean the same as in `Prepared`."""
 
     mesh: pv.DataSet
     source: pv.PolyData
@@ -178,9 +178,9 @@ class Ready(NamedTuple):
 
 
 def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Prepared:
-    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan.
+    """Prepare a mesh to be lit: its surface, its vertices, a scene with a viewer, and a plan (its simplified equation).
 
-    `setting` has the options of the call.
+    `setting` has the options of the call, such as the model matrix and the tolerance.
     """
     found = ready(mesh, scene, material, setting)
     how: dict[str, Any] = {"matrix": setting.matrix, "tolerance": setting.tolerance}
@@ -188,7 +188,7 @@ def prepare(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str,
 
 
 def ready(mesh: pv.DataSet, scene: SceneLike | None, material: Material | str, setting: Setting) -> Ready:
-    """Return a mesh and the inputs of its plan: its surface, a scene with a viewer, its vertices, and its material.
+    """Return a mesh with all that is needed to plan its lighting: surface, scene with a viewer, vertices and material.
 
     If `mesh` is a PolyData, the returned mesh is a shallow copy of it. `setting` has the options of the call.
     """
@@ -274,7 +274,7 @@ def shade_blocks(
     own : iterator
         Material, and a dictionary with the fields of `Setting`, for each nonempty dataset in order.
     name, components, shares_by_bounce, precision, backend
-        As for `shade_mesh`.
+        Parameters of `shade_mesh`, the same for all blocks.
     """
     groups: dict[Any, tuple[list[Ready], Iterator[pv.PolyData]]] = {}
     equations: dict[int, Equation] = {}
@@ -296,7 +296,7 @@ def shade_blocks(
             yield _lit_mesh(Prepared(*member, planned), its_own, name, shares_by_bounce)
 
     def group_key(member: Ready, setting: Setting) -> Any:
-        """Return a key that is equal for all members of a group; None for a block that must be lit alone."""
+        """Return a key. Blocks with equal keys can be lit in one call; None is for a block to be lit alone."""
         material, vertices = member.material, member.vertices
         if vertices.maps or setting.tolerance:  # a plan with a tolerance depends on all its vertices
             return None
@@ -345,7 +345,7 @@ def lit_together(
 ) -> Iterator[pv.PolyData]:
     """Light meshes that reflect light to each other, and yield the lit meshes in order.
 
-    Options are as for `shade_mesh`.
+    `name`, `components`, `shares_by_bounce` and the other options are parameters of `shade_mesh`.
 
     Parameters
     ----------
@@ -382,9 +382,9 @@ def plan(
     """Plan the effects of a scene: list those that will be computed and those that will be skipped, with reasons.
 
     An effect that contributes nothing is skipped; this causes no error. With a `tolerance`, effects are also
-    approximated or skipped: a far light becomes directional, a far viewer infinitely far, nearly uniform attenuation
-    and spot falloff become constant, and weak lights and highlights are skipped. The errors are bounded before any
-    colour is computed.
+    approximated or skipped. A far light becomes directional, and a far viewer infinitely far. Nearly uniform
+    attenuation and spot falloff become constant. Weak lights and highlights are skipped. The errors are bounded before
+    any colour is computed.
 
     Parameters
     ----------
@@ -396,15 +396,17 @@ def plan(
         The scene. If it has no viewer, PyVista's default camera is used, which frames the mesh or points. For a mesh,
         None means `default_scene`.
     material : Material or str, optional
-        As for `mesh.phong.shade`; for points, its maps must be arrays.
+        Material of the surface, or its name; by default OpenGL's. For points, its maps must be arrays.
     matrix : array_like, optional
         (4, 4) model matrix.
     tolerance : float, default 0
         Largest allowed absolute colour error; 1/255 is one step of a display.
-    feature_angle
-        For a mesh only, as for `mesh.phong.shade`.
-    occluders, visibility, transport
-        For a mesh only, as for `mesh.phong.shade`. No rays are cast.
+    feature_angle : float, "auto" or None, default None
+        For a mesh only: split edges whose faces' normals differ by more than this angle, in degrees.
+    occluders : sequence, optional
+        For a mesh only: other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
+    visibility, transport : Visibility and Transport, optional
+        For a mesh only: results of `mesh.phong.visibility` and `mesh.phong.transport`. No rays are cast.
 
     Returns
     -------
@@ -490,16 +492,16 @@ def visibility(
     equal calls give equal bits.
 
     With the extra `rays`, Intel's Embree casts the rays. Without it, VTK casts them, 10 to 50 times slower. Faces
-    without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together;
-    geometry nearer to a vertex than 2⁻¹⁸ of the size of these meshes together may be missed.
+    without area, or with a corner that is not finite, block nothing. Meshes of similar size are traced together.
+    Geometry may be missed if it is nearer to a vertex than 2⁻¹⁸ of their common size.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. Its light model need not have shadows. If the light model's `ambient_occlusion` is a number,
-        this is the distance up to which geometry occludes the sky.
+        Lights, viewer and light model; by default `pvphong.default_scene`. The light model need not have shadows. If
+        the light model's `ambient_occlusion` is a number, this is the distance up to which geometry occludes the sky.
     occluders : sequence, optional
         Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix. The mesh itself always
         blocks light.
@@ -510,16 +512,16 @@ def visibility(
         ambient light gives to this surface. If `samples` is not given, rays are cast until this error is reached. So
         the visibility of a dim light may have a larger error. 0 means the default.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
 
     Returns
     -------
     Visibility
-        `.per_light`, shape (lights, n), and `.sky`, shape (n,); `.standard_error` of both; `.rays` and `.seconds`.
-        With a two-sided light model, `.behind` is the visibility on the other side of the surface. `.save(path)` writes
-        a file for `Visibility.load`.
+        `.per_light` has the shape (lights, n), and `.sky` has (n,). `.standard_error` has the errors of both. `.rays`
+        is the number of rays, and `.seconds` their time. With a two-sided light model, `.behind` is the visibility on
+        the other side of the surface. `.save(path)` writes a file for `Visibility.load`.
 
     Raises
     ------
@@ -560,7 +562,8 @@ def normals(
     matrix : array_like, optional
         (4, 4) model matrix: the normals are transformed by its inverse-transpose and normalized.
     feature_angle : float, "auto" or None, default None
-        As for `shade`; there is one normal per point of the surface with split edges.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`. There
+        is one normal per point of the surface with split edges.
     backend : {"auto", "numpy", "numba"}
         Backend that computes normals from the faces; see `pvphong.pipeline.vertex_normals`.
 
@@ -613,8 +616,8 @@ def vertices_of(
 def one_surface(blocks: pv.MultiBlock, feature_angle: FeatureAngle = None) -> pv.PolyData:
     """Join the surfaces of all blocks into one surface, whose only array is its normals for lighting.
 
-    Points are not merged, so blocks that touch still have separate edges. Sharp edges are split in each block, as by
-    `split_sharp_edges`.
+    Points are not merged, so blocks that touch still have separate edges. In each block, edges are split if the normals
+    of their faces differ by more than `feature_angle`, in degrees.
 
     Raises
     ------

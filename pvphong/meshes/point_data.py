@@ -37,7 +37,8 @@ def surface_and_maps(
     material : Material
         The material. An array in its fields has one row for each point of the mesh; a name is that of a point array.
     feature_angle : float, "auto" or None
-        As for `split_sharp_edges`.
+        Edges are split if the normals of their faces differ by more than this angle, in degrees; see
+        `split_sharp_edges`.
 
     Returns
     -------
@@ -115,7 +116,7 @@ def values_at(name: str, given: Any, whole: pv.PolyData, source: pv.PolyData, po
     Parameters
     ----------
     name : str
-        Name of the field.
+        Name of the material's field that has the map.
     given : Map, array_like, texture or str
         The map. An array has a row for each point, or for each cell, of the surface before splitting.
     whole, source : pyvista.PolyData
@@ -192,7 +193,7 @@ def colors_at(
     Parameters
     ----------
     name : str
-        Name of the field.
+        Name of the material's field that has the colormap, for error messages.
     colormap : Colormap
         The colormap; if it has no range, the range of the scalars of the whole mesh is used.
     mesh : pyvista.DataSet
@@ -222,7 +223,7 @@ def _carried(
     Parameters
     ----------
     name : str
-        Name of the field, for error messages.
+        Name of the material's field that has the array, for error messages.
     rows : ndarray
         A row for each point or, if `of_cells`, for each cell of the mesh.
     mesh : pyvista.DataSet
@@ -245,7 +246,7 @@ def _carried(
 def _of_faces(name: str, values: Any, source: pv.PolyData) -> Any:
     """Transfer an array with one row per face or cell of a surface to the surface's points.
 
-    Raise ValueError for the field `name` if faces share points.
+    Raise ValueError if faces share points. The message names the material's field, `name`.
     """
     connectivity, offsets = polygons(source)
     faces = np.asarray(values)
@@ -264,8 +265,10 @@ def _refuse_unknown(name: str, value: str, source: pv.PolyData) -> NoReturn:
 
     Parameters
     ----------
-    name, value : str
-        Name of the field, and the text that it has.
+    name : str
+        Name of the material's field.
+    value : str
+        The text in this field.
     source : pyvista.PolyData
         The surface with the arrays.
     """

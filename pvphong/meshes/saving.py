@@ -148,7 +148,9 @@ def save(
 
 
 def _drawn(mesh: pv.DataSet) -> pv.PolyData:
-    """Return the mesh if it is a PolyData, like the results of `shade`. Otherwise raise ValueError."""
+    """Return the mesh unchanged if it is a PolyData, like the results of `shade`. Raise ValueError for any other
+    dataset.
+    """
     if not isinstance(mesh, pv.PolyData):
         check.refuse("lit", f"a {type(mesh).__name__}", "a PolyData, as returned by mesh.phong.shade")
     return mesh
@@ -164,7 +166,7 @@ def _encoded(colors: FloatArray, encoding: Encoding) -> FloatArray:
 
 
 def _write_obj(path: Path, mesh: pv.PolyData, colors: FloatArray) -> None:
-    """Write a Wavefront file with a colour after each position. MeshLab and other programs read this form."""
+    """Write a mesh as a Wavefront file with a colour after each position. MeshLab and other programs read this form."""
     connectivity, offsets = polygons(mesh)
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, np.column_stack([mesh.points, colors]), "v %.9g %.9g %.9g %.6g %.6g %.6g")

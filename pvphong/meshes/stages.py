@@ -19,7 +19,7 @@ class StageOptions(NamedTuple):
     """Arguments with which `stage` makes a stage again."""
 
     bounds: tuple[float, ...]
-    """Bounds of the meshes on the stage, as for `stage`."""
+    """Bounds of the meshes on the stage: x_min, x_max, y_min, y_max, z_min, z_max."""
     kind: Stage
     viewer: Viewer | None
 

@@ -185,7 +185,7 @@ def vertex_normals(mesh: pv.DataSet, weighting: Weighting = "angle", *, backend:
     Raises
     ------
     ValueError
-        As for `surface`; also for a mesh without faces, an unknown weighting or backend, or if Numba is missing.
+        If `mesh` is not a valid DataSet or has no faces, the weighting or the backend is unknown, or Numba is missing.
 
     Examples
     --------
@@ -208,7 +208,9 @@ def weighted_normals(
 ) -> Float64Array:
     """Compute the unit normals of a mesh's points, given as plain arrays, shape (n, 3).
 
-    `backend` is as for `vertex_normals`. The other arguments are those of `pvphong.geometry.normals.point_normals`.
+    `connectivity` has the point indices of all faces, and `offsets` the start of each face in `connectivity`.
+    `weighting` is the weight of a face at a corner; see `pvphong.geometry.normals.point_normals`. `backend` selects
+    NumPy or compiled code; see `vertex_normals`.
     """
     waits = backend == "numba"
     if waits or (backend == "auto" and len(connectivity) >= _WORTH_LOADING):
@@ -235,7 +237,7 @@ def face_normals(mesh: pv.DataSet) -> Float64Array:
     Raises
     ------
     ValueError
-        As for `surface`; also for a mesh without faces.
+        If `mesh` is not a valid DataSet, or has no faces.
 
     Examples
     --------
@@ -471,7 +473,7 @@ def shallow_copy(mesh: _Mesh) -> _Mesh:
 
 
 def point_normals(mesh: pv.PolyData, weighting: Weighting | None = None, *, backend: Backend = "auto") -> FloatArray:
-    """Return the normals for lighting a surface.
+    """Return the point normals for lighting a surface, shape (n, 3).
 
     The surface's active point normals are returned unchanged. If it has none, or a weighting is given, normals are
     computed from its faces. Cell normals are ignored, because vertices are lit, not faces.

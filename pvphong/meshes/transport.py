@@ -41,7 +41,8 @@ class Exchanging(NamedTuple):
     def of(cls, mesh: pv.DataSet, matrix: MatrixLike | None, feature_angle: FeatureAngle) -> Self:
         """Return the surface of a dataset, with normals that are computed when they are first used.
 
-        `matrix` is the model matrix. `feature_angle` splits sharp edges, as for `shade`.
+        `matrix` is the model matrix. Edges are split if the normals of their faces differ by more than `feature_angle`,
+        in degrees.
         """
         source, _ = split_sharp_edges(surface(mesh), feature_angle)
         return cls(source, functools.cache(lambda: point_normals(source)), matrix)
@@ -72,9 +73,9 @@ def transport(
         Rays per vertex, rounded up to a multiple of 16; at most 4096. The error falls slightly faster than one over the
         square root of their number.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
     memory : float, default 2e9
         Memory limit in bytes for the rays' hits. The hits take 4 bytes × vertices × samples. If this exceeds the limit,
         the hits are not stored, and rays are cast again for each bounce.
@@ -104,7 +105,8 @@ def transport_of(
 ) -> Transport:
     """Return the transport of light between the vertices of several surfaces.
 
-    The parameters are those of `transport`, which is for a single mesh.
+    `occluders` are other meshes that block light, `samples` is the number of rays per vertex, and `memory` is the
+    memory limit in bytes; see `transport`.
     """
     count = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
     count = -(-count // _MULTIPLE) * _MULTIPLE
@@ -126,7 +128,7 @@ def checked_transport(given: Any, surfaces: Sequence[Exchanging], occluders: Any
     surfaces : sequence of Exchanging
         The surfaces that exchange light.
     occluders : sequence
-        Other meshes that block light, as for `transport`.
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
 
     Raises
     ------

@@ -90,8 +90,8 @@ def reflecting_blocks(
 ) -> Iterator[ReflectingSurfaces]:
     """Yield the surfaces that reflect light to each nonempty dataset of `blocks`, in order.
 
-    These are all datasets; the results differ only in `own_index`. `materials` has a material for each dataset. The
-    other parameters are those of `truth`.
+    These surfaces are those of all datasets. The results differ only in `own_index`. `materials` has a material for
+    each dataset. `occluders`, `matrix` and `feature_angle` are parameters of `truth`.
     """
     of_blocks = iter(materials)
     reflectors = of_each(
@@ -104,9 +104,10 @@ def reflecting_blocks(
 def _reflector(
     mesh: pv.DataSet, scene: Scene, material: Material, matrix: MatrixLike | None, feature_angle: FeatureAngle
 ) -> Reflector:
-    """Convert a mesh and its material to a surface for the path tracer.
+    """Convert a mesh and its material, in a scene, to a surface for the path tracer.
 
-    The parameters are those of `truth`.
+    `matrix` is the model matrix. Edges are split if the normals of their faces differ by more than `feature_angle`, in
+    degrees.
     """
     if scene.light_model.convention != "standard":
         remedy = "VTK's shader has no bounces; use LightModel()."
@@ -156,10 +157,11 @@ def truth(
     mesh : pyvista.DataSet
         A dataset with a surface.
     scene : Scene, light, or sequence of lights, optional
-        As for `shade`. The light model must have the standard convention; its `shadows` is ignored. A light with
-        `casts_shadows=False` is not blocked.
+        Lights, viewer and light model; by default `pvphong.default_scene`. The light model must have the standard
+        convention; its `shadows` is ignored. A light with `casts_shadows=False` is not blocked.
     material : Material or str, optional
-        As for `shade`. Its diffuse reflectance must be at most 1 in each channel, unless `max_bounces` is 0.
+        Material of the surface, or its name; by default OpenGL's. Its diffuse reflectance must be at most 1 in each
+        channel, unless `max_bounces` is 0.
     occluders : sequence, optional
         Other meshes that block light and do not reflect it, each as a mesh or a pair of a mesh and a 4x4 matrix.
     samples : int, default 256
@@ -171,9 +173,9 @@ def truth(
     seed : int, default 0
         Seed of the paths, from 0 to 2³¹ − 1. Equal calls give equal bits.
     matrix : array_like, optional
-        (4, 4) model matrix, as for `shade`.
+        (4, 4) model matrix of the mesh.
     feature_angle : float, "auto" or None, default None
-        As for `shade`.
+        Edges are split if the normals of their two faces differ by more than this angle, in degrees; see `shade`.
 
     Returns
     -------

@@ -147,8 +147,8 @@ def occluders_of_blocks(
 ) -> Iterator[KnownOccluders]:
     """Yield the occluders for each nonempty dataset of `blocks`, in order.
 
-    These are all datasets and the meshes in `occluders`. The results share their triangles; they differ only in
-    `own_index`.
+    The occluders are all datasets, moved by the model matrix `matrix`, and the meshes in `occluders`. The results share
+    their triangles, and differ only in `own_index`.
     """
     parts = [world_faces(surface(block), matrix) for _, block in datasets(blocks)]
     together = Occluders([*parts, *checked_occluders(occluders)])
@@ -192,8 +192,8 @@ def visibility_of(
 ) -> Visibility:
     """Return the visibility of lights and sky from the vertices of a surface.
 
-    `normals` is a function that returns the surface's point normals. The other parameters are those of
-    `mesh.phong.visibility`.
+    `normals` is a function that returns the surface's point normals. The other parameters are those of the method
+    `mesh.phong.visibility` with the same names.
     """
     if samples is not None:
         samples = int(check.number("samples", samples, at_least=1.0, at_most=float(MOST_RAYS)))
@@ -216,7 +216,8 @@ def tracer_of(
 ) -> Tracer:
     """Return the tracer that casts rays from a surface's vertices to the lights and the sky of a scene.
 
-    `known` are the meshes that block light. `tolerance` and `samples` are as for `mesh.phong.visibility`.
+    `known` are the meshes that block light. `samples` is the number of rays per vertex; None to cast rays until the
+    standard error of the colours is at most `tolerance`.
     """
     model = scene.light_model
     ambient = max(rgb(model.ambient)) + sum(light.intensity * max(rgb(light.ambient)) for light in scene.lights)

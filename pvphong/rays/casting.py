@@ -1,8 +1,8 @@
 """Occlusion tests and first hits of rays with triangles, in coordinates of any size.
 
-In order: triangles and hits; the equivalent backends, two for Embree and one for VTK; `Caster`, which prepares rays of
-any length and origin for a backend; and `Occluders`, all geometry that can block light. Occluders consist of parts; a
-part is the triangles of one mesh. A caster holds the triangles of one or more parts.
+In order: triangles and hits; backends; `Caster`; `Occluders`. There are three equivalent backends, two for Embree and
+one for VTK. A caster prepares rays of any length and origin for a backend. Occluders are all geometry that can block
+light. They consist of parts; a part is the triangles of one mesh. A caster holds the triangles of one or more parts.
 
 A backend has at least one triangle. The coordinates are finite, from -1 to 1: a caster centres its triangles and scales
 them by a power of two. Rays start at most a few such units away. So single precision has the same resolution for any
@@ -128,7 +128,7 @@ class Hits(NamedTuple):
 
 
 class Triangles(NamedTuple):
-    """All triangles of several parts, for compiled code. Each caster tests some of them."""
+    """All triangles of the occluders, for compiled code. Each `Caster` tests rays with some of them."""
 
     starts: IntArray
     """Index in `numbers` at which each caster's triangles start."""
@@ -255,7 +255,7 @@ class Caster:
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Centre of the box, three numbers; then the power of two that scales coordinates to [−1, 1]."""
+        """Four numbers: the centre of the triangles' box, and the power of two that scales coordinates to [−1, 1]."""
         return *self._middle.tolist(), math.ldexp(1.0, min(-self._exponent, 1023))
 
     @property
@@ -286,9 +286,18 @@ class Caster:
         return result
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hit of each ray; arguments as for `blocked`.
+        """Return the first hit of each ray within its length.
 
-        Triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
+        The triangles in the result are indices in `BlockingFaces.sound`, which has only triangles with finite corners.
+
+        Parameters
+        ----------
+        origins : ndarray
+            Shape (n, 3). A ray from a point that is not finite hits nothing.
+        directions : ndarray
+            Shape (n, 3), unit vectors.
+        distances : ndarray
+            Shape (n,): lengths of the rays, in the unit of the triangles; infinity for an unbounded ray.
         """
         result = Hits.none(len(directions))
         for rows, starts, towards, lengths, shorter in self._near(origins, directions, distances):
@@ -302,10 +311,10 @@ class Caster:
     ) -> Iterator[tuple[IntArray, Float64Array, FloatArray, Float64Array, Float64Array]]:
         """Yield chunks of rays that may hit something, with arguments for the backend's `blocked` and `first`.
 
-        The arguments are as for `Caster.blocked`. A chunk is five arrays. The first has the indices of the rays. The
-        next three have their origins, directions and lengths, in the backend's coordinates. The last has the length by
-        which each ray is shortened. A ray from a far origin is shortened because its origin is moved along the ray to
-        the triangles.
+        `origins` and `directions` have the shape (n, 3), and `distances`, the lengths of the rays, have (n,). A chunk
+        is five arrays. The first has the indices of its rays. The next three have the rays' origins, directions and
+        lengths, in the backend's coordinates. The last has the length by which each ray is shortened. A ray from a far
+        origin is shortened because its origin is moved along the ray to the triangles.
         """
         for begin in range(0, len(origins), _RAYS_AT_ONCE):
             part = slice(begin, begin + _RAYS_AT_ONCE)
@@ -343,7 +352,7 @@ _ALIKE = 2.0**8
 
 
 class Occluders:
-    """Geometry that can block light, as several parts.
+    """Geometry that can block light, as several parts. A part is the triangles of one mesh.
 
     Parameters
     ----------
@@ -362,12 +371,12 @@ class Occluders:
 
     @property
     def counts(self) -> list[int]:
-        """Number of triangles of each part."""
+        """Number of triangles of each part, that is, of each mesh."""
         return list(map(len, self.parts))
 
     @cached_property
     def _groups(self) -> list[list[int]]:
-        """Groups of parts of similar size, as lists of part indices, from large to small. Each group has one caster.
+        """Groups of parts of similar size, from large to small. A group is a list of part indices, and has one caster.
 
         With `within`, the parts are one surface, and share a caster regardless of their sizes.
         """
@@ -382,7 +391,7 @@ class Occluders:
 
     @cached_property
     def casters(self) -> list[Caster]:
-        """Casters of the groups of parts, built when rays are first cast.
+        """A `Caster` for each group of parts (meshes), built when rays are first cast.
 
         Raises
         ------
@@ -404,7 +413,7 @@ class Occluders:
 
     @cached_property
     def triangles(self) -> Triangles:
-        """Triangles of all parts, in the order of the parts."""
+        """Triangles of all parts (meshes), in the order of the parts."""
         firsts = np.cumsum([0, *self.counts])
         numbers = [
             np.concatenate([firsts[index] + self.parts[index].sound_numbers for index in group])
@@ -417,7 +426,7 @@ class Occluders:
 
     @property
     def points(self) -> FloatArray:
-        """Points of all parts, in the order of the parts."""
+        """Points of all parts (meshes), in the order of the parts."""
         return _joined(self.parts)[0] if self.parts else np.zeros((0, 3))
 
     @property
@@ -437,10 +446,10 @@ class Occluders:
         return casters_of(scenes, [caster.place for caster in self.casters]) if scenes else None
 
     def resolution(self, part: int | None) -> float:
-        """Return the smallest length that a part's caster resolves; `part` is the part's index.
+        """Return the smallest length that rays to a part, usually a mesh, can resolve; `part` is the part's index.
 
-        If `part` is None, or the part has no caster, return the resolution of the caster with the smallest parts. If
-        there are no casters, return 0.
+        If `part` is None, or no ray can hit the part, return this length for the smallest parts. If rays can hit no
+        part at all, return 0.
         """
         if not self.casters:
             return 0.0
@@ -448,7 +457,10 @@ class Occluders:
         return (own or self.casters)[-1].resolution
 
     def blocked(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> BoolArray:
-        """Return True for each ray that any part blocks, shape (n,); arguments as for `Caster.blocked`."""
+        """Return True for each ray that a triangle of any part blocks within the ray's length, shape (n,).
+
+        `origins` and `directions`, unit vectors, have the shape (n, 3). `distances`, shape (n,), are the rays' lengths.
+        """
         found = np.zeros(len(directions), bool)
         for caster in self.casters:
             free = np.flatnonzero(~found)
@@ -456,12 +468,10 @@ class Occluders:
         return found
 
     def first(self, origins: FloatArray, directions: FloatArray, distances: FloatArray) -> Hits:
-        """Find the first hit of each ray among all parts. Triangles are numbered as in `triangles`, part after part.
+        """Return the first hit of each ray within its length, among the triangles of all parts.
 
-        Parameters
-        ----------
-        origins, directions, distances : ndarray
-            As for `Caster.blocked`.
+        Triangles are numbered as in `triangles`, part after part. `origins` and `directions`, unit vectors, have the
+        shape (n, 3). `distances`, shape (n,), are the rays' lengths.
         """
         if self.compiled is not None:
             return Hits(*kernel.ray_hits(origins, directions, distances, self.compiled, self.triangles))

@@ -41,15 +41,15 @@ class SunBins(NamedTuple):
 def sun_bins(to_sun: Float64Array, above: NDArray[np.bool_], degrees: float) -> SunBins:
     """Choose a few positions of the sun, so that each given position is at most `degrees` from a chosen position.
 
-    The next position to be chosen is the one that is near to the most positions without a chosen one (greedy set
-    cover).
+    A position covers all positions within this angle. The next choice is always the position that covers the most
+    positions that are not covered yet (greedy set cover).
 
     Parameters
     ----------
     to_sun : ndarray
         Unit vectors to the sun, shape (t, 3).
     above : ndarray
-        True where the sun is above the horizon, shape (t,).
+        True for positions above the horizon, shape (t,). The other positions are ignored.
     degrees : float
         Largest angle between a given position and the nearest chosen position; 0 to choose all positions.
     """
@@ -118,7 +118,7 @@ class SkyTracer:
     receiver : Receiver
         The vertices.
     occluders : Occluders
-        Parts that can block rays.
+        Geometry that can block rays.
     axes : ndarray
         Unit vectors to the east, to the north and up, as rows.
     patches : Patches
@@ -146,7 +146,7 @@ class SkyTracer:
         return replace(self, receiver=self.receiver.some(rows))
 
     def cast(self) -> Coefficients:
-        """Cast all rays and return the coefficients."""
+        """Cast all rays, and return the visible parts of sky, ground and sun."""
         self.receiver.origins, self.occluders.casters  # noqa: B018  threads will share them
         count, rays = len(self.receiver.points), list[int]()
         sky = np.empty((count, len(self.patches)), np.uint8)
@@ -191,7 +191,7 @@ class _Some:
         return cls(*vertices, occluders, occluders.resolution(receiver.part))
 
     def seen(self, direction: Float64Array) -> Float64Array:
-        """Return 1 for vertices that face a direction and see the sky there, else 0.
+        """Return 1 for each vertex that faces a direction and sees the sky there, else 0, shape (m,).
 
         `direction` is a unit vector, shape (3,).
         """

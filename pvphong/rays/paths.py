@@ -80,7 +80,7 @@ class Reflector:
 
     @cached_property
     def _rows(self) -> Float64Array:
-        """All values of each point, side by side in one row, shape (n, sum of k)."""
+        """All values of each point, side by side in one row: shape (n, sum of the columns of all `values`)."""
         return np.concatenate(list(self.values.values()), axis=1, dtype=np.float64)
 
     @cached_property
@@ -111,12 +111,12 @@ class Reflector:
         return min(max(diffuse / (diffuse + specular), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
 
     def named(self, rows: Float64Array) -> dict[str, Float64Array]:
-        """Split `rows`, all values side by side, shape (m, sum of k), into the values by name, shape (k, m) each."""
+        """Split rows such as those of `_rows` into values by name, each of shape (number of columns, m)."""
         ends = np.cumsum([value.shape[1] for value in self.values.values()])
         return dict(zip(self.values, np.split(np.ascontiguousarray(rows.T), ends[:-1]), strict=True))
 
     def at_points(self, points: IntArray) -> dict[str, Float64Array]:
-        """Return the values at the points with the given indices, by name, shape (k, m) each."""
+        """Return the values at the m points with the given indices, by name, each of shape (number of columns, m)."""
         return self.named(self._rows[points])
 
     def between(self, corners: IntArray, weights: Float64Array) -> dict[str, Float64Array]:
@@ -130,14 +130,16 @@ class Reflector:
 
 
 class Interaction:
-    """Light at n points of a reflector.
+    """Reflection of light at n points of a reflector.
 
     Parameters
     ----------
     reflector : Reflector
         Surface of the points.
-    points, origins : ndarray
-        Points, and origins of rays from them, shape (3, n).
+    points : ndarray
+        The points, shape (3, n).
+    origins : ndarray
+        Origins of rays from the points, slightly above the surface, shape (3, n).
     v : ndarray
         Unit vectors to the viewer, shape (3, n); zero for a point at the viewer.
     values : dict
@@ -177,17 +179,22 @@ class Interaction:
         return by_cosine if by_highlight is None else mixed(by_cosine, by_highlight, share)
 
     def factors(self, arrival: Arrival) -> tuple[Any, ...]:
-        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each."""
+        """Return the factor by which each lobe multiplies light that arrives as in `arrival`, shape (n,) each.
+
+        A lobe is a part of the reflection, such as the diffuse part or the highlight.
+        """
         wanted = [any(color) for color in self.equation.colors]
         found = lobe_factors(self.equation.reflectance, self.surface, arrival, wanted)
         pairs = zip(self._lobes, found, strict=True)
         return tuple(factor * self._has_viewer if lobe.needs_viewer else factor for lobe, factor in pairs)
 
     def reflected(self, colors: Sequence[Vector], factors: Sequence[Any]) -> Float64Array:
-        """Return the sum over the lobes of colour times factor times tint, for each point, shape (3, n).
+        """Return the reflected light at each point, shape (3, n).
 
-        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A tint is the colour
-        of a map.
+        It is the sum over the lobes of colour times factor times tint.
+
+        `colors` has a colour for each lobe, and `factors` a number or an array (n,) for each lobe. A lobe is a part of
+        the reflection, such as the highlight. A tint is a lobe's colour from a map.
         """
         total = np.zeros(self.points.shape)
         for color, tint, factor in zip(colors, self._tints, factors, strict=True):
@@ -278,7 +285,7 @@ class _Numbers:
         self._seeds = sobol.seeds((self._rounds[:, :, None] + self._points).ravel())
 
     def pairs(self, paths: IntArray, bounces: int, purpose: int) -> tuple[Float64Array, Float64Array]:
-        """Return a pair of random numbers for each path, as two arrays.
+        """Return a pair of random numbers for each path, as two arrays of shape (number of paths,).
 
         Before the first bounce, pairs for all paths are returned, and `paths` is ignored. They are points of the Sobol
         sequence, shuffled for each round and purpose.
@@ -361,8 +368,8 @@ class PathTracer:
     def trace(self, part: int, receiver: Receiver) -> tuple[Float64Array, Float64Array, int]:
         """Trace the paths of one reflector's vertices. Return the vertices' colours as the scene's viewer sees them.
 
-        `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the colours, not
-        clamped, shape (n, 3); their standard errors, shape (n, 3); and the number of rays.
+        `part` is the reflector's index, and `receiver` has its vertices. Three results are returned: the unclamped
+        colours, their standard errors, and the number of rays. Colours and errors have the shape (n, 3).
         """
         count, terms = len(receiver.points), self.reflectors[part].equation.terms
         rgb, error, rays = np.zeros((count, 3)), np.zeros((count, 3)), list[int]()
@@ -387,7 +394,7 @@ class PathTracer:
         return rgb, error, sum(rays)
 
     def _seen_by_viewer(self, part: int, receiver: Receiver, vertices: IntArray) -> Interaction:
-        """Return the light at some vertices of one reflector, as the scene's viewer sees them.
+        """Return the reflection of light at some vertices of one reflector, towards the scene's viewer.
 
         `part` is the reflector's index, and `receiver` has its vertices. `vertices` are indices of some of these.
         """
@@ -403,7 +410,7 @@ class PathTracer:
         return Interaction(reflector, points, origins, v, values | {"normal": n}, BEFORE_LIGHT * resolution)
 
     def _along_paths(self, at: Interaction, numbers: _Numbers, rays: list[int]) -> Float64Array:
-        """Return the light that each path carries to its first point, shape (3, n).
+        """Return the light that each path carries to its first point, shape (3, n). `at` are the first points.
 
         The emission of the first points, and light from point-like lights there, are not included, because they are not
         random. The numbers of rays that are cast are appended to `rays`.
@@ -448,8 +455,8 @@ class PathTracer:
     ) -> Float64Array:
         """Return `sent`, the light that each point reflects from one light, with 0 where a ray to the light is blocked.
 
-        `sent` has the shape (3, n). The rays have the directions `to_light`, shape (3, n), and the lengths `lengths`,
-        shape (n,), minus the margin. Their number is appended to `rays`.
+        `sent` has the shape (3, n). The rays start at the points `at`. They have the directions `to_light`, shape (3,
+        n), and the lengths `lengths`, shape (n,), minus the margin. Their number is appended to `rays`.
         """
         rows = np.flatnonzero(sent.any(axis=0))
         blocked = self.occluders.blocked(at.origins[:, rows].T, to_light[:, rows].T, lengths[rows] - at.margin)
@@ -463,8 +470,8 @@ class PathTracer:
     ) -> tuple[Float64Array, _Rays]:
         """Return the reflection of all area lights, shape (3, n), and the rays that continue the paths of a bundle.
 
-        The light is estimated in two ways: by samples on each light, and by the sampled direction in which a path
-        continues. `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
+        Each light is estimated in two ways: by rays to samples on the light, and by the rays that continue the paths.
+        `bounces` is the number of bounces so far. The numbers of rays that are cast are appended to `rays`.
         """
         at, paths = bundle.at, bundle.paths
         total = np.zeros(at.points.shape)

@@ -6,8 +6,8 @@ starts at a vertex of a convex surface and rises above the tangent plane hits no
 
 Rays start above the tangent plane, by the resolution of the triangles. A vertex at the foot of a wall lies in the
 wall's plane, and its rays must start on the side of its own faces. So the origin is also moved by a thousandth of the
-offset to the mean centroid of its faces; the component of this offset against the normal is dropped. `Receiver.turned`
-is the surface seen from its other side, with the tangent plane's sides exchanged.
+offset to the mean centroid of the vertex's faces, without the component of this offset against the normal.
+`Receiver.turned` is the surface seen from its other side, with the tangent plane's sides exchanged.
 """
 
 from __future__ import annotations
@@ -78,11 +78,33 @@ def part_by_arrays(
     margin: float,
     occluders: Occluders,
 ) -> tuple[FloatArray, FloatArray, Float64Array, int]:
-    """Cast rays from vertices to sample points of a light with NumPy.
+    """Cast rays from m vertices to sample points of a light with NumPy, like the compiled `kernel.rays.part_seen`.
 
-    The arguments and results are those of `pvphong.shading.kernel.rays.part_seen`, with occluders in place of casters.
-    The results are the weight of each ray; the weight again, or 0 if the ray is blocked; a scale per vertex; and the
-    number of rays.
+    Parameters
+    ----------
+    sampling : Sampling
+        Formulas of the light: its sample points and their contributions.
+    numbers : ndarray
+        Numbers that describe the light, as the formulas read them.
+    origins, normals : ndarray
+        Origins of the rays, and unit normals of the vertices, shape (m, 3).
+    seeds : ndarray
+        Seeds of each vertex's random numbers, shape (2, m).
+    begin, end : int
+        Numbers of the first sample point, and of the point after the last.
+    margin : float
+        Distance between the end of a ray and the light.
+    occluders : Occluders
+        Geometry that can block the rays.
+
+    Returns
+    -------
+    sent, seen : ndarray
+        Weight of each ray, and the same weight or 0 if the ray is blocked, shape (end - begin, m).
+    scale : ndarray
+        Factor that turns a mean of weights into a colour, shape (m,).
+    rays : int
+        Number of rays that were cast.
     """
     count = len(origins)
     points = np.arange(begin, end)[:, None]
@@ -112,10 +134,31 @@ def around_by_arrays(
     occluders: Occluders,
     triangles: SendingTriangles,
 ) -> tuple[NDArray[np.int32], int]:
-    """Cast rays from vertices over their hemispheres with NumPy.
+    """Cast rays from m vertices over their hemispheres with NumPy, like the compiled `kernel.hits.vertices_met`.
 
-    The arguments and results are those of `pvphong.shading.kernel.hits.vertices_met`, with occluders in place of
-    casters. The results are the vertex that each ray hits, −1 for none, and the number of rays.
+    Parameters
+    ----------
+    sampling : Sampling
+        Formulas of the hemisphere's directions.
+    numbers : ndarray
+        Numbers that the formulas read.
+    origins, normals : ndarray
+        Origins of the rays, and unit normals of the vertices, shape (m, 3).
+    seeds : ndarray
+        Seeds of each vertex's random numbers, shape (3, m).
+    begin, end : int
+        Numbers of the first direction, and of the direction after the last.
+    occluders : Occluders
+        Geometry that rays hit.
+    triangles : SendingTriangles
+        Triangles of the occluders, with the vertices of those that emit light.
+
+    Returns
+    -------
+    met : ndarray
+        Vertex that each ray hits, shape (m, end - begin); −1 for none.
+    rays : int
+        Number of rays that were cast.
     """
     points = np.arange(begin, end)
     u = sobol.coordinate(points.astype(np.uint32), seeds[0][:, None])
@@ -147,7 +190,7 @@ BEGUN_ABOVE = 2.0**-15
 
 
 def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
-    """Return True for each part whose box may be between vertices and a light.
+    """Return True for each part of the occluders, usually a mesh, whose box may be between vertices and a light.
 
     If too little is known, return True for all parts. The space between the vertices' box and the light's box is their
     convex hull: the boxes (1 − t) a + t b with t from 0 to 1. For a light without a position, t has no upper bound.
@@ -197,7 +240,7 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 
 
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
-    """Return True for each part that may be within `distance` of a vertex, shape (m,).
+    """Return True for each part of the occluders that may be within `distance` of a vertex, shape (m,).
 
     `vertices` has the least and the greatest coordinates of the vertices, or is None if there is none. `parts` has the
     least and the greatest coordinates of m parts, shape (m, 3) each.
@@ -220,7 +263,7 @@ def _slack(vertices: Box, parts: Box) -> float:
 
 
 class Begun(NamedTuple):
-    """Origins of rays from n vertices, before they are raised above the tangent plane."""
+    """Origins of rays from n vertices, before they are raised above the tangent planes of the vertices."""
 
     origins: Float64Array
     """Points moved slightly into their faces, shape (n, 3)."""
@@ -229,7 +272,7 @@ class Begun(NamedTuple):
 
 
 class SendingTriangles(NamedTuple):
-    """All triangles of several parts, for compiled code. Some of them emit light from their fronts."""
+    """All triangles of the occluders, for compiled code. Some of them emit light from their fronts."""
 
     starts: IntArray
     """Index in `numbers` at which each caster's triangles start."""
@@ -272,7 +315,7 @@ class Receiver:
     known: Callable[[], Begun] | None = None
 
     def some(self, rows: IntArray) -> Receiver:
-        """Return a receiver with only the vertices `rows` (indices), and the faces between these vertices.
+        """Return a receiver with only the vertices whose indices are `rows`, and the faces between these vertices.
 
         The rays have the same origins as in this receiver.
         """
@@ -295,8 +338,8 @@ class Receiver:
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling.
 
-        It has the results of the callables instead of the callables. The origins of rays are included only if they are
-        known.
+        In this state, the results of the callables replace the callables. The origins of rays are included only if they
+        are known.
         """
         normals, is_known = self.unit_normals, self.known is not None or "begun" in vars(self)
         known = partial(Begun, *self.begun) if is_known else None
@@ -321,7 +364,7 @@ class Receiver:
         return result
 
     def above(self, rows: Any, height: Any) -> Float64Array:
-        """Return the origins of the rays of the vertices `rows`, raised by `height` along the normals."""
+        """Return the rays' origins for the vertices `rows` (indices), raised by `height` along the normals."""
         return self.origins[rows] + height * self.unit_normals[rows]
 
     @cached_property
@@ -345,7 +388,7 @@ class Receiver:
 
     @cached_property
     def begun(self) -> Begun:
-        """Origins of rays, and the mean height of the faces around each vertex.
+        """Origins of rays, and the mean height of the faces around each vertex above its tangent plane.
 
         The origins on the back side follow from this height.
         """

@@ -8,8 +8,8 @@ fractions of the vertex's rays. T times colours is the light after one bounce, a
 al., "Modeling the interaction of light between diffuse surfaces", 1984; rays in place of form factors: P. Shirley,
 "Radiosity via ray tracing", 1991).
 
-In order: `HemisphereTracer` casts the rays; `Transport` stores their hits, in memory and in files; `TransportPart`
-supplies bounds to plans, for the vertices of one mesh.
+In order, `HemisphereTracer` casts the rays, `Transport` stores their hits in memory and in files, and `TransportPart`
+supplies bounds for the vertices of one mesh, which plans use to simplify the lighting.
 """
 
 from __future__ import annotations
@@ -349,7 +349,7 @@ class Transport:
 
     @property
     def hits(self) -> NDArray[np.int32]:
-        """Index of the vertex that each ray hits, shape (n, samples); −1 for a ray that hits nothing or a back."""
+        """Index of the vertex that each ray hits, shape (n, samples); −1 if the ray hits nothing, or a back side."""
         if not self.is_kept:
             need = _BYTES_PER_RAY * len(self) * self.samples
             remedy = "Raise the limit with transport(memory=...); gather works without stored hits."
@@ -468,9 +468,9 @@ class TransportPart:
         return None if tracer is None else (tracer.occluders, tracer.receivers[self.index].part)
 
     def most(self) -> float:
-        """Return the largest fraction of the hemisphere that fronts of surfaces fill, over this mesh's vertices.
+        """Return the largest fraction of a vertex's hemisphere that fronts of surfaces fill, over this mesh's vertices.
 
-        The fraction is weighted by the cosine. Before rays are cast, a bound on it is returned.
+        The hemisphere is weighted by the cosine. Before rays are cast, an upper bound on this fraction is returned.
         """
         whole, tracer = self.whole, self.whole._tracer
         if whole._kept is not None:
@@ -511,14 +511,17 @@ class TransportPart:
         return "the mesh is convex, and alone" if own.is_convex else ""
 
     def gather(self, colors: FloatArray) -> FloatArray:
-        """Return the cosine-weighted mean colour that each vertex sees; see `Transport.gather`."""
+        """Return the cosine-weighted mean colour that each vertex sees, shape (n, k).
+
+        `colors` is the colour that each vertex emits, shape (n, k).
+        """
         return self.whole.gather(colors)
 
 
 def checksum_of(tracer: HemisphereTracer) -> str:
     """Return a checksum of the points, normals and triangles of all meshes that exchange or block light.
 
-    It also depends on which meshes exchange light.
+    The checksum also depends on which meshes exchange light.
     """
     found = hashlib.sha256()  # processors have instructions for it
     for each in tracer.receivers:

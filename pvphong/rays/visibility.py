@@ -398,7 +398,7 @@ class Visibility:
         Parameters
         ----------
         lights, labels
-            Lights in the world and their names, as for the class.
+            Lights in the world, and their names.
         samples : int, optional
             Number of rays per vertex for results that are not computed yet. By default, the error of each vertex sets
             the number.
@@ -416,7 +416,7 @@ class Visibility:
 
     @cached_property
     def geometry(self) -> tuple[str, ...]:
-        """For each light, a key of everything on which rays to the light depend."""
+        """A key for each light. It changes with everything on which rays to the light depend."""
         return tuple(_geometry_of(light) for light in self._lights)
 
     def _is_sampled(self, row: int) -> bool:
@@ -427,7 +427,10 @@ class Visibility:
         return row == len(self._lights) or self._lights[row].has_size
 
     def is_final(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> bool:
-        """Return True if the rows of `lights` and, with `sky`, the sky's row are final, on both sides with `behind`."""
+        """Return True if no rays are missing to the lights with these indices and, with `sky`, to the sky.
+
+        With `behind`, this must hold for both sides of the vertices.
+        """
         rows, sides = (*lights, *[len(self._lights)] * sky), self._sides if behind else (self,)
         return all(row in s._done and (s._done[row] is None or not s._is_sampled(row)) for s in sides for row in rows)
 
@@ -552,11 +555,10 @@ class Visibility:
         self._done[row] = samples
 
     def channels(self, lights: Sequence[int], *, sky: bool, behind: bool = False) -> FloatArray:
-        """Return an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
+        """Return the visibility as an array of shape (lights + 1, n): the rows of `per_light`, then the row `sky`.
 
-        Rows of the indices in `lights` are computed if they are missing and, with `sky`, the row of the sky. Other rows
-        may be missing. With `behind`, the same number of rows follows for the vertices' back sides, with the same
-        rules.
+        Missing rows are computed for the lights with the indices `lights` and, with `sky`, for the sky. Other rows may
+        be missing. With `behind`, rows for the vertices' back sides follow in the same order.
         """
         if behind and self.behind is None:
             self._refuse_one_side()
@@ -612,7 +614,7 @@ class Visibility:
     def refuse_other(
         self, points: FloatArray, lights: Sequence[Light], labels: Sequence[str], model: LightModel
     ) -> None:
-        """Raise ValueError if this visibility was computed for other points, lights or another light model.
+        """Raise ValueError if this visibility was computed for other points, other lights or another light model.
 
         The arguments are in world coordinates. `labels` are the lights' names in messages.
         """
@@ -639,7 +641,7 @@ class Visibility:
 
 
 class _State(NamedTuple):
-    """State of a visibility for pickling. `done` lists, for each side of the vertices, the rows that are computed."""
+    """State of a visibility for pickling. `done` has, for each side of the vertices, the rows that are computed."""
 
     tracer: Tracer
     lights: tuple[Light, ...]

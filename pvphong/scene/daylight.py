@@ -48,7 +48,7 @@ def daylight_scene(
     diffuse_horizontal : float, optional
         Irradiance by the sky on an open horizontal surface, in W/m².
     model : {"perez", "overcast", "clear"}, default "perez"
-        Distribution of the sky's radiance, as for `EnvironmentLight.sky`.
+        Distribution of the sky's radiance; `EnvironmentLight.sky` explains the three models.
     albedo : float, default 0.2
         Fraction of the light that the open ground around the mesh reflects.
     scale : float, default 1

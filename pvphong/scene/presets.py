@@ -24,8 +24,10 @@ class Surroundings:
 
     Parameters
     ----------
-    mesh, viewer
-        As for `three_point`: the mesh or its bounds, and the viewer or None.
+    mesh : pyvista.DataSet, pyvista.MultiBlock, or sequence of float
+        The mesh, or its bounds (x_min, x_max, y_min, y_max, z_min, z_max).
+    viewer : Viewer or None
+        The viewer; None for PyVista's default view of the mesh.
     """
 
     def __init__(self, mesh: Any, viewer: Viewer | None) -> None:
@@ -86,9 +88,10 @@ class Surroundings:
         name : str
             Name of the light.
         azimuth, elevation : float
-            Angles in degrees, as for `above_horizon`.
+            Angle to the right as seen by the viewer, and angle above the horizon, in degrees.
         brightness : float
-            Brightness of a white patch at the mesh's centre, facing the light, computed as if the light were small.
+            Brightness of a white surface at the mesh's centre that faces the light, computed as if the light were
+            small.
         width, height : float
             Size, in diagonals of the mesh's bounds.
         """

@@ -211,7 +211,7 @@ def load_materials(path: str | os.PathLike[str]) -> dict[str, Material]:
     Raises
     ------
     ValueError
-        As for `Scene.load`.
+        If the file cannot be read, is not JSON, has a newer version, or has an unknown field.
 
     Examples
     --------
@@ -249,7 +249,7 @@ def _seen_from(folder: Path, image: str) -> str:
 
 
 def _with_paths(material: Material, change: Callable[[str], str]) -> Material:
-    """Return a copy of a material in which the paths of image files are changed.
+    """Return a copy of a material with changed paths of its image files.
 
     `change` is a function that takes a path and returns its replacement.
     """
@@ -322,7 +322,7 @@ def as_scene(given: SceneLike | None, bounds: Callable[[], VectorLike] | None = 
 def light_labels(scene: Scene, numbered: str = "") -> tuple[str, ...]:
     """Return a unique label for each light: its name, or its index if it has none.
 
-    A light whose name equals the index of any light is also labelled by its own index.
+    If its name equals the index of a light, a light is labelled by its own index, so that labels differ.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class Place:
 
     @cached_property
     def axes(self) -> Float64Array:
-        """Unit vectors to the east, to the north and up, as rows of a (3, 3) array."""
+        """Unit vectors to the east, to the north and to the zenith, as rows of a (3, 3) array."""
         up, north = np.array(unit_vector(self.up)), np.array(unit_vector(self.north))
         x, y, z = (north - (north @ up) * up).tolist()
         level = np.array(unit_vector((x, y, z)))

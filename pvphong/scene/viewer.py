@@ -122,7 +122,7 @@ class Viewer:
         Parameters
         ----------
         bounds : sequence of float
-            As for `framing`.
+            x_min, x_max, y_min, y_max, z_min, z_max of the box; an invalid box is replaced by the unit cube.
         """
         low, high = finite_box(bounds)
         center, radius = 0.5 * low + 0.5 * high, float(np.linalg.norm(0.5 * high - 0.5 * low)) or _POINT_RADIUS
@@ -144,7 +144,7 @@ class Viewer:
         Parameters
         ----------
         bounds : sequence of float
-            As for `framing`.
+            x_min, x_max, y_min, y_max, z_min, z_max of the box; an invalid box is replaced by the unit cube.
         aspect : float
             Width of the image divided by its height.
         """

@@ -34,7 +34,8 @@ def irradiances(weather: Any, index: Any, place: Place) -> Irradiances:
     Parameters
     ----------
     weather : path, pair of array_like, pandas.DataFrame or None
-        As for `mesh.phong.daylight`.
+        The path of an EPW file, a pair of arrays, or a table. The pair has the direct normal and the diffuse horizontal
+        irradiances, and the table has them as the columns "dni" and "dhi". None for a clear sky.
     index : pandas.DatetimeIndex
         The times, as from `moments`.
     place : Place
@@ -103,7 +104,7 @@ def _without_gaps(name: str, values: Float64Array, index: Any) -> Float64Array:
 
 
 def _of_file(path: Path, index: Any, place: Place) -> Irradiances:
-    """Return the irradiances in an EPW file at the times of `index`.
+    """Return the irradiances in the EPW file `path` at the times of `index`.
 
     The file has one year with a row for each hour. A time gets the irradiances of the row with the same month, day and
     hour, in the file's time zone; the time's own year is ignored. If the file has no 29th of February, the 28th is

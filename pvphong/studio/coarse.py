@@ -26,7 +26,7 @@ _AFTER_MIX = 0.25  # observer priority: after the colours are computed
 
 
 class Clustered(NamedTuple):
-    """A mesh with fewer vertices."""
+    """A mesh with fewer vertices, as from `clustered`."""
 
     rows: IntArray
     """Index of each remaining vertex in the whole mesh."""
@@ -99,7 +99,7 @@ class CoarsePictures:
         self._tag = renderer.AddObserver("StartEvent", before_frame, _AFTER_MIX)
 
     def update(self) -> None:
-        """Show the coarse pictures that are made, if `are_wanted` is set. Show all other meshes themselves."""
+        """Show a coarse picture of each mesh that has one, if `are_wanted` is set. Show all other meshes themselves."""
         refined = self._lit.refining
         for mesh in self._lit.shown:
             picture = self._picture(mesh) if self._is_large(mesh) and mesh not in refined else None

@@ -29,15 +29,15 @@ _LIVE = 2**13  # up to this many vertices, bounces are recomputed during a drag
 
 
 Planned = Callable[[LitMesh], tuple[Plan, Vertices]]
-"""Returns a mesh's shading plan and vertices; raises ValueError if the mesh cannot be lit."""
+"""Returns a mesh's plan (its simplified lighting equation) and vertices; raises ValueError if it cannot be lit."""
 
 
 class _Gathered(NamedTuple):
     """Bounced light between meshes, and the inputs from which it was or is being computed."""
 
     state: Any
-    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays; also
-    the viewer, if a light moves with it or a diffuse reflection depends on it."""
+    """Inputs from which the light was computed: lights, light model, versions of the meshes, and number of rays. The
+    viewer is included if a light moves with it or a diffuse reflection depends on it."""
     geometry: Any
     """Each mesh with its `LitMesh.geometry`, as they were when the light was computed."""
     bounces: int
@@ -97,7 +97,7 @@ class Gathering:
         meshes : sequence of LitMesh
             The meshes that exchange light, except those that cannot be lit.
         planned : callable
-            Returns the plan and vertices of a mesh in the scene.
+            Returns the plan, that is, the simplified lighting equation, and the vertices of a mesh in the scene.
         scene : Scene
             A scene whose light model has bounces.
         samples : int or None
@@ -173,9 +173,10 @@ class Gathering:
 
 
 def _sent(exchanging: dict[LitMesh, tuple[Plan, Vertices]]) -> tuple[Radiosity, set[LitMesh]]:
-    """Return the direct light that all meshes reflect, and the set of meshes for which it cannot be computed.
+    """Return the direct light that all meshes reflect, and the set of meshes that cannot be lit.
 
-    Meshes in this set reflect nothing. `exchanging` maps each mesh to its plan and vertices.
+    Meshes in this set reflect nothing. `exchanging` maps each mesh to its plan, the simplified lighting equation, and
+    its vertices.
     """
     sent, silent = list[Radiosity](), set[LitMesh]()
     for mesh, (plan, vertices) in exchanging.items():

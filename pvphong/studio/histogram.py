@@ -31,7 +31,7 @@ class Histogram:
         Edges of the bins, shape (bins + 1,), from 0 to 1. The luminance of a displayed colour with the channels R, G
         and B from 0 to 1 is 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709).
     clipped_low, clipped_high : float
-        Fraction of the pixels, from 0 to 1, that are black, and fraction with a channel at its maximum.
+        Fractions of the pixels, from 0 to 1: black pixels, and pixels with a channel at its maximum.
 
     Examples
     --------

@@ -156,7 +156,8 @@ def look_of(
         The material. If None, the material follows from the keywords, and from PyVista's theme where keywords are
         missing.
     feature_angle : float, "auto" or None
-        Angle above which edges are sharp, as for `mesh.phong.shade`.
+        Angle in degrees between the normals of two faces, above which their edge is sharp. "auto" is 30 if the mesh has
+        no point normals, and None if it has. With None, no edge is sharp.
     given : mapping
         PyVista's keywords.
     theme : pyvista.plotting.themes.Theme
@@ -321,7 +322,7 @@ def _active(mesh: Any) -> str | None:
 
 
 def _of_each(blocks: Any, colored: Mapping[str, Any], colors: Any, theme: Any) -> Mapping[str, Material]:
-    """Return the material of each block, as path → material, with PyVista's `multi_colors`.
+    """Return the material of each block, with PyVista's keyword `multi_colors`, as path of the block → material.
 
     Parameters
     ----------
@@ -462,7 +463,7 @@ def _by_transfer(
 def is_bare(mesh: Any) -> bool:
     """Return True if VTK draws a mesh unlit.
 
-    Such a mesh has no faces. In addition, it has lines, or its points have no normals.
+    Such a mesh has no faces. It is unlit if it has lines, or if its points have no normals.
     """
     if not isinstance(mesh, pv.PolyData | pv.PointSet) or not mesh.n_points:
         return False
@@ -474,8 +475,7 @@ def is_bare(mesh: Any) -> bool:
 def as_mesh(given: Any, *, copies: bool) -> Any:
     """Convert `given`, any value that PyVista's `add_mesh` accepts, to a mesh.
 
-    It can be a dataset, blocks, a VTK object, points, or a path.
-    With `copies`, the result is a shallow copy.
+    The value can be a dataset, blocks, a VTK object, points, or a path. With `copies`, the result is a shallow copy.
     """
     mesh = pv.read(given) if isinstance(given, str | os.PathLike) else given
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock) and (

@@ -45,7 +45,7 @@ _ASK_AGAIN = 100  # milliseconds between two polls for background results
 
 
 def _refuse(error: Exception, _mesh: LitMesh) -> bool:
-    """Raise `error`. This function replaces the one that updates a mesh if an error prevents all lighting."""
+    """Raise `error`. If an error prevents all lighting, this function replaces the function that updates a mesh."""
     raise error
 
 
@@ -147,7 +147,7 @@ class LitActors:
 
     @contextmanager
     def without_bounds_of_stage(self) -> Iterator[None]:
-        """Return a context in which the stage does not count towards the bounds of the drawn objects."""
+        """Return a context in which the bounds of the drawn objects do not include the stage (ground or backdrop)."""
         actor = None if self.stage is None else self.stage.actor
         if actor is not None:
             actor.UseBoundsOff()
@@ -257,7 +257,9 @@ class LitActors:
         return is_new
 
     def _refine(self, unlit: Container[LitMesh], waits: bool) -> bool:
-        """Show the refined pictures of all meshes except the meshes in `unlit`. Return True if a picture is new.
+        """Show the refined pictures of all meshes except the meshes in `unlit`.
+
+        Return True if a picture is shown for the first time.
 
         With `waits`, block until the pictures are made.
         """
@@ -302,7 +304,8 @@ class LitActors:
     def _refreshing(self, meshes: Sequence[LitMesh], waits: bool = False) -> Callable[[LitMesh], bool]:
         """Return a function that updates the colours of one of the `meshes`, with shadows from all of them.
 
-        Bounced light between the meshes is computed before the return. With `waits`, block until it is known.
+        The function takes a mesh, and returns True if its colours had to be recomputed. Before this method returns,
+        bounced light between the meshes is computed. With `waits`, this method blocks until the bounced light is known.
         """
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
@@ -344,7 +347,7 @@ class LitActors:
         return window is not None and not window.GetOffScreenRendering()
 
     def occluders_of(self, mesh: LitMesh, scene: Scene) -> KnownOccluders | None:
-        """Return the meshes that can cast shadows on `mesh`, itself included; None without shadows and occlusion."""
+        """Return the meshes that can cast shadows on `mesh`, including `mesh`; None if the scene needs no rays."""
         own = list(self._blocking).index(mesh) if mesh in self._blocking else None
         return KnownOccluders(self._occluders, own) if scene.light_model.needs_rays else None
 
@@ -369,11 +372,17 @@ class LitActors:
 
     @property
     def state(self) -> MaterialsState:
-        """Current material of each visible mesh, as shared material → material; used by `revert`."""
+        """Current materials of the visible meshes, for `revert`.
+
+        The keys are the meshes' `SharedMaterial` objects, and the values are the materials that these hold now.
+        """
         return {mesh.shared_material: mesh.material for mesh in self.shown}
 
     def revert(self, now: MaterialsState, then: MaterialsState) -> None:
-        """Undo the changes of materials between the states `then` and `now`, and keep all other changes."""
+        """Restore the materials of the state `then` that differ in the state `now`, and keep all other changes.
+
+        Both arguments are values of the property `state`.
+        """
         for shared, material in now.items():
             if then.get(shared, material) != material:
                 shared.material = then[shared]

@@ -68,8 +68,8 @@ class LitMesh:
         or replaced, the next frame shows the change. Edits of an array that is passed directly are shown only if the
         array belongs to a mesh.
     feature_angle : float, "auto" or None, default None
-        Edges are sharp if the angle between their faces exceeds this, in degrees, as for `shade`. It can be set at any
-        time.
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees. "auto" is 30 if the
+        mesh has no point normals, and None if it has. With None, no edge is sharp. It can be set at any time.
     opacity : array_like or str, optional
         An opacity for each of the mesh's points or cells, or the name of such an array. The next frame shows edits of
         the named array.
@@ -136,7 +136,21 @@ class LitMesh:
     ) -> tuple[Plan, Vertices]:
         """Return the plan that lights the mesh in a scene, and the mesh's vertices as the plan's input.
 
-        Parameters and errors are those of `refresh`.
+        A plan is the lighting equation without terms that have no effect here.
+
+        Parameters
+        ----------
+        scene : Scene
+            Lights, viewer and light model.
+        occluders : KnownOccluders, optional
+            Occluders for shadows and ambient occlusion; by default only the mesh itself.
+        samples : int, optional
+            Number of rays from each vertex to an area light, or `HARD`; by default as many as accuracy needs.
+
+        Raises
+        ------
+        ValueError
+            If the mesh cannot be lit after an edit of its geometry or arrays.
         """
         visibility = None
         if scene.light_model.needs_rays:
@@ -145,7 +159,7 @@ class LitMesh:
         return self._planned(scene, visibility)
 
     def final_visibility(self, scene: Scene, occluders: KnownOccluders | None) -> tuple[Plan, Visibility]:
-        """Return the plan, and the visibility that the plan reads.
+        """Return the plan for a scene, that is, its simplified lighting equation, and the visibility that it reads.
 
         The visibility has as many rays as accuracy needs, but no ray is cast yet. `occluders` are the meshes that cast
         shadows.
@@ -156,19 +170,23 @@ class LitMesh:
     def know(self, visibility: Visibility, occluders: KnownOccluders | None, scene: Scene) -> None:
         """Store a visibility, so that its rays are not cast again while meshes and lights stay where they are.
 
-        `occluders` and `scene` are those for which it was computed.
+        `occluders` and `scene` are the meshes and the scene for which `visibility` was computed.
         """
         self._visibility = self._visible_in(occluders, scene), visibility
 
     def _visible_in(self, occluders: KnownOccluders | None, scene: Scene) -> Any:
-        """Return a value that changes with everything on which visibility depends, except the lights."""
+        """Return a value that changes with everything on which visibility depends, except the lights.
+
+        This is the mesh's own geometry, the geometry of `occluders`, and the light model of the scene.
+        """
         model = scene.light_model
         return self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
 
     def _seen(self, scene: Scene, occluders: KnownOccluders | None, samples: int | None) -> Visibility:
         """Return the visibility in a scene. Known results are reused if they have enough rays.
 
-        `samples` is the number of rays from each vertex to an area light; None for as many as accuracy needs.
+        `occluders` are the meshes that cast shadows; None if only this mesh does. `samples` is the number of rays from
+        each vertex to an area light; None for as many as accuracy needs.
         """
         if self._visibility is not None and self._visibility[0] == self._visible_in(occluders, scene):
             known = self._visibility[1]
@@ -188,7 +206,10 @@ class LitMesh:
         return Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
 
     def shading_at(self, row: int) -> Shading | None:
-        """Return each light's share of the current colour of the drawn vertex `row`; None before the first refresh."""
+        """Return the contribution of each light to the current colour of a drawn vertex; None before the first refresh.
+
+        `row` is the index of the vertex.
+        """
         if self._plan is None:
             return None
         rows, bounced = np.array([row]), self.bounced
@@ -292,7 +313,7 @@ class LitMesh:
 
     @property
     def shown_array(self) -> str:
-        """Name of the array in the drawn mesh whose colours VTK shows."""
+        """Name of the array with the colours that VTK shows, in the drawn mesh."""
         return ARRAY if self._opacity is None else TRANSLUCENT_ARRAY
 
     @property
@@ -467,9 +488,9 @@ def lit_meshes(
     material : Material, str or mapping
         A material, or a mapping from paths of blocks to materials.
     feature_angle : float, "auto" or None
-        Angle above which edges are sharp, as for `shade`.
+        Angle in degrees between the normals of two faces, above which their edge is sharp; see `LitMesh`.
     opacity : array_like or str, optional
-        Opacities, as for `LitMesh`.
+        An opacity for each of the mesh's points or cells, or the name of such an array.
 
     Raises
     ------

@@ -92,7 +92,7 @@ class LightHandle(Handle):
         return self._renderer_light.light(viewer or self._subplot.lights.viewer)
 
     def set(self, light: Light, viewer: Viewer | None = None) -> None:  # noqa: ARG002 kept for compatibility
-        """Replace the light by another, as `plotter.phong.set_light` does.
+        """Replace the light by `light`. If it has been removed from the window, raise ``ValueError``.
 
         `viewer` has no effect; other code calls this method with it.
         """
@@ -138,8 +138,8 @@ class MeshHandle(Handle):
     """An actor drawn by `plotter.phong.add_mesh`. The fields of its material can be read and set.
 
     If blocks share a material, a change applies to all of them. The attributes of the lit mesh are available too.
-    `feature_angle` and `casts_shadows` can be set; `mesh`, `actor` and `evaluations`, the number of times the colours
-    have been computed, can be read.
+    `feature_angle` and `casts_shadows` can be set. `mesh` and `actor` can be read, and so can `evaluations`, the number
+    of times the colours have been computed.
 
     Parameters
     ----------

@@ -90,9 +90,9 @@ class Place(NamedTuple):
 
 
 class Locators:
-    """Search structures for the point of lit meshes that is nearest to a given point.
+    """Search structures, one for each lit mesh, to find the point of the meshes that is nearest to a given point.
 
-    Each is kept until its mesh changes.
+    The structure of a mesh is kept until the mesh changes.
     """
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class Locators:
         self._cell = vtkGenericCell()
 
     def nearest(self, meshes: Sequence[LitMesh], point: VectorLike) -> Place | None:
-        """Return the corner that is nearest to the point, of the nearest face of all meshes.
+        """Find the face of all meshes that is nearest to a point, and return its corner nearest to this point.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class Locators:
 
 
 def read(place: Place, name: str, scene: Scene) -> Probe | None:
-    """Return the current lit value of a vertex of a mesh that is up to date.
+    """Return the current lit value of a vertex. Its mesh must be up to date.
 
     Return None if the mesh has not been lit yet, or was lit by other lights.
 

@@ -95,8 +95,8 @@ class Readings:
         Parameters
         ----------
         point : sequence of float
-            A point in the world. The nearest face of all visible lit meshes in the active subplot is found, and the
-            corner nearest to the point is read.
+            A point in the world. Of all visible lit meshes in the active subplot, the nearest face is found. The lit
+            value is that of the face's corner nearest to the point.
         actor : pyvista.Actor, optional
             Actor of the only mesh to read.
 
@@ -108,7 +108,7 @@ class Readings:
         Raises
         ------
         ValueError
-            If `point` is not a point, no lit mesh is visible, or `actor` is not one of them.
+            If `point` is not a point, no lit mesh is visible, or `actor` is not the actor of a visible lit mesh.
 
         Examples
         --------

@@ -37,7 +37,7 @@ class _Picture(NamedTuple):
     """A refined mesh with its colours. The window shows it in place of the mesh's own vertices."""
 
     reached: float | None
-    """Colour error that the picture keeps within; None if it is not known."""
+    """Bound on the picture's colour errors; None if it is not known."""
     mesh: pv.PolyData
     linear: FloatArray
     """Linear colours."""
@@ -61,7 +61,7 @@ class Refining:
     mesh : LitMesh
         The mesh to refine.
     tolerance : float
-        Tolerance, as for `refine`.
+        Largest allowed colour error inside the triangles of the refined mesh, > 0.
     """
 
     def __init__(self, mesh: LitMesh, tolerance: float) -> None:
@@ -141,7 +141,7 @@ class Refining:
 
     @property
     def is_awaited(self) -> bool:
-        """True while the final picture of the mesh's present state is not made."""
+        """True until the final picture of the mesh's present state is made."""
         return self._state is not None and not self._is_final
 
     @property

@@ -114,9 +114,10 @@ class Softening:
         return _FEW
 
     def _begin(self, state: Any, wanted: list[_Wanted | None]) -> None:
-        """Record the visibility that is missing in the state `state`.
+        """Record a state of meshes and lights, and the visibility that the meshes still need in it.
 
-        `wanted` has an entry for each mesh. A running job continues if it casts exactly these rays.
+        `wanted` has an entry for each mesh; None if no rays are missing. A running job continues if it casts exactly
+        the missing rays. Any other job is cancelled.
         """
         missing = [each for each in wanted if each is not None]
         if self._job is None or self._casting != [each.rays for each in missing]:
@@ -132,9 +133,9 @@ class Softening:
 
 
 def _wanted(mesh: LitMesh, scene: Scene, occluders: KnownOccluders | None) -> _Wanted | None:
-    """Return the final visibility that a mesh needs.
+    """Return the final visibility that a mesh needs in a scene; None if it needs no rays, or cannot be lit.
 
-    Return None if all its rays have been cast, or it cannot be lit.
+    Rays that have been cast are not needed again. `occluders` are the meshes that cast shadows.
     """
     try:
         plan, visibility = mesh.final_visibility(scene, occluders)

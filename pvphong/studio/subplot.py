@@ -32,7 +32,7 @@ class Subplot:
     renderer : pyvista.Renderer
         The renderer; kept until `release`.
     light_model : LightModel
-        Can be set at any time.
+        Light model of the scene. It can be set at any time.
     history : History
         Undo history that records edits.
     display : Display

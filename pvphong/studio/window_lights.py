@@ -63,7 +63,7 @@ class RendererLight:
         return self._converted[1]
 
     def set(self, light: Light, viewer: Viewer) -> None:
-        """Replace the light by another, and update its `vtkLight`.
+        """Replace the light by `light`, and update its `vtkLight`.
 
         `viewer` is the current camera; it places lights that move with the viewer.
         """
@@ -84,7 +84,7 @@ class RendererLight:
 
     @property
     def state(self) -> LightState:
-        """All values of the light, exactly; `restore` takes them."""
+        """All values of the light, exactly, for `restore`."""
         return _fields(self.vtk_light), self._own, self._name
 
     def restore(self, state: LightState) -> None:
@@ -202,13 +202,14 @@ class WindowLights:
 
     @property
     def state(self) -> LightStates:
-        """State of each light, as light → all its values, exactly; used by `revert`."""
+        """All values of each light, exactly, for `revert`."""
         return {renderer_light: renderer_light.state for renderer_light in self.renderer_lights}
 
     def revert(self, now: LightStates, then: LightStates) -> None:
-        """Undo the changes between the states `then` and `now`, and keep all other changes.
+        """Restore the lights of the state `then` that differ in the state `now`, and keep all other changes.
 
-        If another light has taken the name of a restored light, the restored light gets a free name.
+        Both arguments are values of the property `state`. If another light has taken the name of a restored light, the
+        restored light gets a free name.
         """
         for renderer_light, state in now.items():
             if renderer_light not in then and renderer_light in self.renderer_lights:
@@ -247,7 +248,7 @@ class WindowLights:
 def free_name(wanted: str, taken: set[str]) -> str:
     """Return `wanted` if this name is not in `taken`.
 
-    Otherwise return it with the lowest number, from 2, that is free.
+    If it is, return the name followed by the lowest number, from 2, for which the result is not in `taken`.
     """
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:

@@ -34,8 +34,8 @@ def as_light(light: Any, viewer: Any = None) -> Light:
 
     The type of the light determines its frame. A scene light gets the frame "world", and its transform matrix is
     applied. A headlight gets the frame "headlight". A camera light, which moves with the viewer, gets the frame
-    "camera". With a `viewer`, a camera light is placed in the world instead; the world position that VTK stores is not
-    used, because VTK updates it only when it renders.
+    "camera". With a `viewer`, a camera light is placed in the world instead. The world position that VTK stores for the
+    light is not used, because VTK updates this position only when it renders.
 
     All fields are converted, including those that VTK's shader ignores. `pyvista.Light(color=…)` also sets the ambient
     colour, which the standard convention uses and `LightModel.vtk()` does not. A light with a `shadow_attenuation` of 0
@@ -155,7 +155,7 @@ def _camera_distance(light: Any) -> float:
 
 
 def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
-    """Return a light as a new `pyvista.Light`; see `Light.to_pyvista`, which calls this function."""
+    """Return a light as a new `pyvista.Light`. `Light.to_pyvista` calls this function, and explains `viewer`."""
     if viewer is not None:
         _check_viewer(viewer)
     result = pv.Light()
@@ -166,7 +166,7 @@ def to_pyvista(light: Light, viewer: Any = None) -> pv.Light:
 def write_light(light: Light, target: Any, viewer: Any = None) -> None:
     """Write the values of a pvphong light, `light`, to `target`, an existing `pyvista.Light` or `vtkLight`.
 
-    The values are those of `Light.to_pyvista`; `viewer` is described there.
+    The values are those of `Light.to_pyvista`. `viewer` places a light that moves with the camera.
     """
     values = vtk_values(light)
     target.SetLightType({"headlight": 1, "camera": 2, "world": 3}[light.frame])  # VTK_LIGHT_TYPE_HEADLIGHT etc.
@@ -204,8 +204,9 @@ def write_light(light: Light, target: Any, viewer: Any = None) -> None:
 def _place_for_vtk(position: Vector, frame: Frame, distance: float) -> Vector:
     """Convert a position in the given frame to the coordinates that VTK stores for a light.
 
-    A camera light is stored in VTK's camera-light space (vtkCamera::ComputeCameraLightTransform): the eye is at (0, 0,
-    1) and looks at the focal point, which is the origin. The unit is the distance from eye to focal point, `distance`.
+    A camera light is stored in VTK's camera-light space (vtkCamera::ComputeCameraLightTransform). In this space, the
+    eye is at (0, 0, 1) and looks at the focal point, the origin. The unit is the distance from eye to focal point,
+    `distance`.
     """
     if frame != "camera":
         return position

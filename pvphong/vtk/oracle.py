@@ -145,7 +145,7 @@ def vtk_shade(
 
 
 def vtk_light(light: Any, viewer: Viewer) -> vtkLight:
-    """Convert a light to a new `vtkLight`, which the renderer may move.
+    """Convert a light to a new `vtkLight`. The renderer may move the new light.
 
     `viewer` places lights that move with the viewer. (`pyvista.Light.copy` is not used, because it rounds colours to 8
     bits.)
@@ -225,8 +225,8 @@ def write_material(material: Material, appearance: vtkProperty) -> None:
 def vtk_camera(viewer: Any, *, follows_viewer: bool) -> vtkCamera:
     """Return a new camera with the position and direction of a viewer or camera; the renderer may modify it.
 
-    If `up` is parallel to the view axis, the result depends on `follows_viewer`. If True, ValueError is raised; pass
-    True if a light depends on `up`. If False, a coordinate axis replaces `up`.
+    If the viewer's `up` is parallel to the view axis, `follows_viewer` decides. True, for scenes with a light that
+    depends on `up`, raises ValueError. With False, a coordinate axis replaces `up`.
     """
     camera = vtkCamera()
     if isinstance(viewer, Viewer):
@@ -263,10 +263,12 @@ def _shade_vertices(
         Shape (n, 3). Points are finite, and normals not zero.
     tints : ndarray or None
         Shape (n, 3), uint8: colours that VTK uses in place of the ambient and the diffuse colour, if not None.
-    lights, camera
-        VTK's objects; the renderer may modify them.
+    lights : sequence of vtkLight
+        The lights; the renderer may modify them.
     appearance : vtkProperty
         The material.
+    camera : vtkCamera
+        The viewer; the renderer may modify it.
     matrix : vtkMatrix4x4 or None
         Model matrix; None for the identity.
 
@@ -344,7 +346,7 @@ def driver() -> str:
 
 @contextmanager
 def off_screen_window(width: int, height: int) -> Iterator[vtkRenderWindow]:
-    """Open an off-screen window of this size in pixels for the duration of the block, then empty and close it.
+    """Return a context with an off-screen window of this size in pixels. At its end, the window is emptied and closed.
 
     Raises ``ValueError`` if VTK cannot draw on this machine.
     """

@@ -3,14 +3,15 @@
 The colour of such a vertex, and the vertex itself, is called open. All values are computed in float64 from the scene
 alone, independent of the evaluator and of VTK.
 
-Symbols: n is the unit normal, l the unit vector to a light, v the unit vector to the eye, h the unit vector halfway
-between l and v, and r is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the
-first of the three tiers of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are
-those of `pvphong.optics.reflectances.microfacets`.
+Symbols are unit vectors: n is the normal, l points to a light, v points to the eye, h is halfway between l and v, and r
+is l mirrored at n. The highlight is f to the power p, where f is the cosine r·v, or n·l in the first of the three tiers
+of VTK's shader. φ is the angle from a spot's axis. Symbols of physically based shading are those of
+`pvphong.optics.reflectances.microfacets`.
 
 Errors are in units of 2⁻²⁴, the rounding of float32; one such unit is called a rounding. Errors of n, l and v are the
 angles by which float32 rotates them. The angles are large where VTK's numbers are large compared with the relevant
-distances: under a matrix that shears or flattens, or if a light is near the surface and the eye is far away.
+distances. This happens under a matrix that shears or flattens, or if a light is near the surface and the eye is far
+away.
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ def allowed_error(roughness: float) -> float:
 
 
 def limits(pose: Pose, terms: Terms, tolerance: float, *, has_floors: bool) -> Limits:
-    """Find the open vertices, whose colour is uncertain in float32 by more than a tolerance.
+    """Find the open vertices, that is, vertices whose colour is uncertain in float32 by more than a tolerance.
 
     Parameters
     ----------
@@ -168,7 +169,7 @@ class _Arrival(NamedTuple):
     direction: Float64Array
     """Unit vectors l, shape (n, 3)."""
     strength: Float64Array
-    """Attenuation times spot factor. The spot factor is not cut off at the cone."""
+    """Attenuation times spot factor, shape (n,). The spot factor is not set to 0 outside the cone."""
     angle: Any
     """Angle by which float32 rotates l, in units of 2⁻²⁴."""
     error: Any
@@ -268,7 +269,7 @@ def _phong_share(
 
 
 def _physical_limits(surface: _Surface, terms: Terms, values: PBR, tolerance: float) -> Limits:
-    """Find the open vertices in VTK's physically based shading, whose colour is uncertain in float32.
+    """Find the open vertices in VTK's physically based shading: the vertices whose colour is uncertain in float32.
 
     The colour is the sum of all light to the power 1/2.2, so errors of the sum are converted to errors of this power.
 

@@ -66,10 +66,11 @@ def _has_highlights(scene: Scene, material: Material) -> bool:
 
 
 def _is_headlight_tier(scene: Scene) -> bool:
-    """Return True if the first tier of VTK's shader computes a scene of the standard convention.
+    """Return True if VTK's shader draws a scene of the standard convention with its code for a single headlight.
 
-    In this tier, l = v, along the view axis, and the highlight is (n·l)^power. Because h = (l + v)/|l + v| is then
-    equal to l, this is Blinn-Phong shading for a single headlight, with the viewer at infinity.
+    In this code, the first tier of the shader, l = v, along the view axis, and the highlight is (n·l)^power. Because
+    h = (l + v)/|l + v| is then equal to l, this is Blinn-Phong shading for a single headlight, with the viewer at
+    infinity.
     """
     lights = shining(scene)
     alone = len(lights) == 1 and lights[0].is_uniform and lights[0].frame == "headlight"
@@ -231,8 +232,10 @@ def in_vtk_terms(scene: Scene, material: Material, center: Float64Array, size: f
 
     Parameters
     ----------
-    scene, material
-        Scene and material that VTK can draw; see `refuse_inexpressible`.
+    scene : Scene
+        Scene that VTK can draw with the material; see `refuse_inexpressible`.
+    material : Material
+        Material that VTK can draw.
     center : ndarray
         Centre of the mesh in the world, shape (3,).
     size : float

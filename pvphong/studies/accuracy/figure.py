@@ -101,7 +101,7 @@ def _how_it_falls(rows: Sequence[Row]) -> list[str]:
 
 
 def _height(row: Row, zero: float) -> float:
-    """Return the vertical position of a row's marker: its largest error, or `zero` if the error is 0.
+    """Return the vertical position of the marker for a row: the row's largest error, or `zero` if this error is 0.
 
     The axis is logarithmic and has no 0.
     """
@@ -235,11 +235,11 @@ class Picture(NamedTuple):
 def linked_pictures(report: Result) -> list[Picture]:
     """Draw the mesh from one viewer, in three or four pictures.
 
-    The first shows the reference colours, the second the colours of the chosen row, the third that row's signed errors
-    at the vertices. The fourth shows the interpolation errors inside triangles, and is drawn only if all triangles were
-    searched. The scene's viewer is used if it sees the mesh; otherwise, a viewer that frames the mesh. The colour scale
-    of errors at the vertices is symmetric and ends at the largest error. The scale of errors inside triangles is
-    logarithmic.
+    The first shows the reference colours. The second shows the colours of the row that the report recommends. The third
+    shows that row's signed errors at the vertices. The fourth shows the interpolation errors inside triangles, and is
+    drawn only if all triangles were searched. The scene's viewer is used if it sees the mesh; otherwise, a viewer that
+    frames the mesh. The colour scale of errors at the vertices is symmetric and ends at the largest error. The scale of
+    errors inside triangles is logarithmic.
 
     Raises
     ------

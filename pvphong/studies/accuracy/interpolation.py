@@ -67,12 +67,12 @@ _STOPPED = {
 
 
 class Triangles(NamedTuple):
-    """Some triangles of a surface.
+    """Some triangles of a surface, with the data to light them.
 
     Parameters
     ----------
     points, normals : ndarray
-        Shape (n, 3), in the mesh's type, float32 or float64.
+        Points of the triangles and the normals there, shape (n, 3), in the mesh's type, float32 or float64.
     corners : ndarray
         Shape (m, 3), indices of points.
     areas : ndarray
@@ -119,7 +119,7 @@ def seconds_of_rays(subject: Subject, tolerance: float) -> float:
     subject : Subject
         Mesh, scene and material.
     tolerance : float
-        Standard error of the colours for which the rays from the vertices were cast.
+        Standard error to which the colours at the vertices were sampled by rays.
     """
     equation, visibility = subject.equation, subject.visibility
     if visibility is None or not equation.needs_visibility:
@@ -144,7 +144,7 @@ def least_seconds(mesh: pv.PolyData, exact_seconds: float) -> float:
 def interpolation(
     mesh: pv.PolyData, subject: Subject, tolerance: float, exact_seconds: float, clock: Clock
 ) -> Interpolation:
-    """Measure the interpolation errors of the original and the refined meshes.
+    """Measure the errors of colours that are interpolated inside triangles, for the original mesh and refined meshes.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def interpolation(
     subject : Subject
         The mesh's points, normals, scene and material. If the subject has a visibility, rays are cast inside triangles.
     tolerance : float
-        Tolerance of the adaptive refinement.
+        Largest colour error inside triangles that the adaptive refinement leaves.
     exact_seconds : float
         Seconds of a float64 evaluation of all vertices, rays included.
     clock : Clock

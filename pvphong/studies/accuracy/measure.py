@@ -105,13 +105,17 @@ def tradeoff(
     tolerance : float, default 1/255
         Largest allowed absolute colour error, > 0; the default is one step of a display.
     seconds : float, default 20
-        Time budget, > 0. To keep it, variants of large meshes are left out; the report gives the reasons. The
-        reference, the plan and the baseline of costs are always measured. Compilation of the kernel, once per
-        installation, does not count.
+        Time budget, > 0. To keep it, variants of large meshes are left out, and the report gives the reasons. Three
+        variants are always measured: the float64 reference, the equation simplified within the tolerance, and the
+        evaluator that is used by default. Compilation of the kernel, once per installation, does not count.
     matrix : array_like, optional
         (4, 4) model matrix.
-    feature_angle, occluders
-        As for `mesh.phong.shade`.
+    feature_angle : float, "auto" or None, default None
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees. Points are
+        duplicated along sharp edges. "auto" is 30 if the mesh has no point normals, and None if it has. None splits
+        nothing.
+    occluders : sequence, optional
+        Other meshes that block light, each as a mesh or a pair of a mesh and a 4x4 matrix.
     visibility : Visibility, optional
         Result of `mesh.phong.visibility`. A plain array is not enough, because the measurement casts the rays again.
     truth : bool, default False
@@ -256,7 +260,7 @@ class _Measurement:
         return fits
 
     def _add(self, row: Row, run: Run, seconds: float) -> None:
-        """Add a variant that has been run once, if there is time to repeat it.
+        """Add a variant that has been run once to the runs to time, if there is time to repeat it.
 
         A variant that the report needs is always added. A short run is timed again, because the first one was the
         warm-up.
@@ -278,7 +282,7 @@ class _Measurement:
         self.rows[row.name], self.runs[row.name], self.estimates[row.name] = row, run, seconds
 
     def _add_all(self, found: list[Variant]) -> None:
-        """Run each variant once, and add it."""
+        """Run each of the variants `found` once, and add it to the runs to time."""
         for row, run, _ in found:
             self._add(row, run, timed(run)[1])
 
@@ -358,14 +362,14 @@ class _Measurement:
     def _ledger(
         self, errors: dict[str, float], times: dict[str, Float64Array], casting: dict[str, float]
     ) -> tuple[LedgerEntry, ...]:
-        """Return an entry for every effect of the plan at the tolerance, and for every light whose error was measured.
+        """Return an entry for every effect, such as shadows, and for every light whose error was measured.
 
         The cost of an effect is the difference between the times with and without it, plus the time of its rays.
 
         Parameters
         ----------
         errors : dict
-            Result of `_drop_effects`.
+            Largest error without each effect or light, by its name, from `_drop_effects`.
         times : dict
             Seconds of the repeats of each run, by the run's name.
         casting : dict
@@ -404,7 +408,7 @@ class _Measurement:
 
 
 def predicted_bounds(subject: Subject, tolerance: float) -> tuple[PredictedBound, ...]:
-    """Return the bound and the largest measured error of each approximation that the plan makes at a tolerance."""
+    """Return a bound and the largest measured error for each simplification of the equation at a tolerance."""
     state, found = PlanState.first(subject.assembled, tolerance, subject.vertices), []
     for effect in EFFECTS:
         before, state = state, effect.simplify(state)

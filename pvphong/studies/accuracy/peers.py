@@ -32,7 +32,7 @@ FRAME = (1024, 768)
 
 
 def textbook(subject: Subject) -> Variant:
-    """Return a variant that lights the vertices as in a textbook, with its arithmetic error.
+    """Return a variant that lights the subject's vertices as in a textbook, with its arithmetic error.
 
     Raise ``ValueError`` if `textbook_colors` does not support the scene.
     """
@@ -62,8 +62,12 @@ def textbook_colors(
     ----------
     points, normals : ndarray
         Shape (n, 3).
-    scene, material, matrix
-        As for `evaluate`. The light model's convention must be "standard".
+    scene : Scene
+        Lights, viewer and light model. The light model's convention must be "standard".
+    material : Material
+        Material without maps and without a `reflectance`.
+    matrix : array_like, optional
+        (4, 4) model matrix.
 
     Returns
     -------
@@ -130,7 +134,7 @@ def textbook_colors(
 
 
 def vtk_frames(mesh: pv.PolyData, subject: Subject, stack: ExitStack, lit_error: Errors | None) -> list[Variant]:
-    """Return two variants of drawing a frame. In the first, VTK lights each pixel.
+    """Return two variants of drawing a frame. In the first, VTK lights each pixel, and pvphong computes nothing.
 
     In the second, VTK draws the lit array.
     If VTK's shader cannot draw the scene, the nearest scene that it can draw is used. VTK uses the mesh's active

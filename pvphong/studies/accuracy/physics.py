@@ -100,8 +100,12 @@ class Physics:
         Light models from constant ambient light to all bounces.
     truth : Truth
         Reference colours by path tracing.
-    surface, matrix, viewer
-        The lit surface, its model matrix and the viewer.
+    surface : pyvista.PolyData
+        The lit surface, in its own coordinates.
+    matrix : array_like or None
+        (4, 4) model matrix of the surface; None for the identity.
+    viewer : Viewer
+        Viewer of the scene.
     """
 
     models: tuple[ModelOfLight, ...]
@@ -141,7 +145,7 @@ class Physics:
         return f"{begun}. {best.name.capitalize()}: {back:.0%} less RMS error, for {price} more."
 
     def table(self) -> Table:
-        """Return the models as a `rich.table.Table`."""
+        """Return the models with their times and errors as a `rich.table.Table`."""
         numbers = ("time", "RMS", "largest", "mean")
         found = table(
             "Phong against the rendering equation: linear light at the vertices", "light", *numbers, right=numbers
@@ -195,8 +199,12 @@ def measure(
 
     Parameters
     ----------
-    mesh, scene, material
-        As for `mesh.phong.shade`; the scene must be in the standard convention.
+    mesh : pyvista.DataSet
+        Dataset with a surface; it is not modified.
+    scene : Scene
+        Lights, viewer and light model, in the standard convention.
+    material : Material
+        Material of the surface.
     setting : Setting
         Matrix, feature angle and occluders. A visibility in it is ignored.
     budget : float
@@ -266,14 +274,14 @@ class _Models:
         self._true, self._noise, self._say = truth.rgb, _rms(truth.standard_error), say
 
     def add(self, name: str, run: Callable[[], FloatArray], before: float = 0.0) -> None:
-        """Run a model and add it.
+        """Light the mesh by a model, and add the model with its time and colours.
 
         Parameters
         ----------
         name : str
             Description of the model.
         run : callable
-            Function that returns the colours of the model.
+            Function that lights the mesh by the model, and returns the colours, shape (n, 3).
         before : float
             Seconds that the model's rays took; they were cast before this call.
         """
@@ -291,9 +299,9 @@ class _Models:
         name : str
             Name of the model, as a format string for the constant.
         direct : tuple of ndarray and float
-            Colours of direct light, and the seconds that the model takes.
+            Colours in direct light, shape (n, 3), and the seconds that the model takes.
         ambient : ndarray
-            Colours of an ambient light of 1.
+            Colours in an ambient light of 1, shape (n, 3).
         """
         power = float(np.vdot(ambient, ambient))
         constant = max(float(np.vdot(ambient, self._true - direct[0])) / power, 0.0) if power else 0.0
@@ -306,7 +314,7 @@ class _Models:
 
 
 def bare_surface(lit: Physics | Result) -> pv.PolyData:
-    """Return a copy of the lit surface in world coordinates, without arrays."""
+    """Return a copy of the surface that `lit` holds, in world coordinates and without arrays."""
     bare = lit.surface.copy()
     bare.clear_data()
     if lit.matrix is not None:

@@ -69,7 +69,7 @@ class Tradeoff(Result):
     baseline : str
         Name of the row to which the ledger's costs refer: the evaluator that `evaluate` uses by default.
     predicted_bounds : tuple of PredictedBound
-        Approximations that the plan makes at the tolerance, with bounds and measured errors.
+        Approximations that simplify the equation at the tolerance, with bounds and measured errors.
     left_out : dict of str to str
         Variants that were not measured, and the reasons.
     facts : dict of str to str
@@ -104,9 +104,9 @@ class Tradeoff(Result):
         Returns
         -------
         pyvista.PolyData
-            Point arrays ``phong_reference`` and ``phong_chosen`` with the colours, and ``phong_error`` with their
-            difference, chosen minus reference. If all faces are triangles and all were searched, also the cell array
-            ``phong_interpolation_error``.
+            Point arrays ``phong_reference`` with the colours of the float64 reference, ``phong_chosen`` with those of
+            the recommended row, and ``phong_error`` with their difference, chosen minus reference. If all faces are
+            triangles and all were searched, also the cell array ``phong_interpolation_error``.
         """
         mesh = self.surface.copy()
         mesh.point_data["phong_reference"] = self.reference_colors
@@ -127,7 +127,7 @@ class Tradeoff(Result):
         return html_table(self.summary()[0], _HEADINGS, (cells for _, cells in self._cells()))
 
     def _questions(self) -> list[Question]:
-        """Questions that the report answers, one for each kind of error. "at the vertices" is always among them."""
+        """Questions that the report's rows answer. "at the vertices" is always among them."""
         return [question for question in QUESTIONS if any(self.rows_for(question))]
 
     def summary(self, *, with_next: bool = False) -> list[str]:

@@ -24,7 +24,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Question = Literal["at the vertices", "casting rays", "inside triangles"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)
-"""Tasks of rows: to light vertices, to cast rays from vertices, or to light the points between vertices."""
+"""Questions of a report: the best way to light vertices, to cast rays from them, and to light points between them."""
 
 # Number of worst vertices in a report.
 _WORST = 5
@@ -39,11 +39,11 @@ class Errors:
     largest : float
         Largest error over all vertices or triangles, and all channels.
     rms : float
-        Root mean square. At vertices, of all channels; inside triangles, of each triangle's largest error, weighted by
-        area.
+        Root mean square. At vertices, it is taken over all channels. Inside triangles, it is taken over each triangle's
+        largest error, weighted by area.
     p99 : float
-        99th percentile. At vertices, of each vertex's worst channel; inside triangles, of each triangle's largest
-        error, weighted by area.
+        99th percentile. At vertices, it is taken over each vertex's worst channel. Inside triangles, it is taken over
+        each triangle's largest error, weighted by area.
     count : int
         Number of vertices or triangles.
     """
@@ -146,8 +146,10 @@ class Row:
         Name of the variant.
     kind : {"arithmetic", "light model", "sampling", "interpolation"}
         Kind of error that the variant trades for time. Rows of one kind can be compared.
-    backend, precision : str
-        Name of the evaluator, and type of the colours.
+    backend : str
+        Name of the evaluator.
+    precision : str
+        Type of the colours, such as "float32".
     points : int
         Number of evaluated vertices.
     time : Timing
@@ -186,13 +188,13 @@ class Row:
     def question(self) -> Question:
         """Question that the row answers: "at the vertices", "casting rays" or "inside triangles".
 
-        The kind determines it.
+        The row's `kind` determines the question.
         """
         return {"sampling": QUESTIONS[1], "interpolation": QUESTIONS[2]}.get(self.kind, QUESTIONS[0])
 
     @property
     def error(self) -> Errors:
-        """Measured error of the kind that the row's `kind` names."""
+        """The row's measured error of the kind that `kind` names, such as the field `sampling`."""
         error: Errors | None = getattr(self, self.kind.replace(" ", "_"))
         assert error is not None, "a row has the error of its own kind"
         return error
@@ -202,7 +204,7 @@ class Row:
         """Error that is compared with the tolerance.
 
         For interpolation it is the largest error. For sampling it is the root mean square, because rays are cast to a
-        standard error. For the other kinds it is the sum of the largest arithmetic and light-model errors; this sum
+        standard error. For the other kinds it is the sum of the largest arithmetic and light-model errors. This sum
         bounds the total error at the vertices.
         """
         if self.kind == "interpolation":
@@ -266,11 +268,11 @@ class PredictedBound:
 
 
 def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows, marked by `on_front` if they are on the Pareto front of their kind.
+    """Return copies of the rows with `on_front` set: True for the rows on the Pareto front of their kind.
 
-    For a row on the front, no other row is at least as good in time and error and better in one of them. A light-model
-    row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact equation, so its
-    light-model error is 0.
+    A row is on the front if no other row is at least as good in time and error, and better in time or error. A
+    light-model row is also compared with the arithmetic row of the same evaluator. That row evaluates the exact
+    equation, so its light-model error is 0.
     """
 
     def dominates(a: Row, b: Row) -> bool:
@@ -289,7 +291,36 @@ def with_fronts(rows: Sequence[Row]) -> tuple[Row, ...]:
 class Result:
     """Measurements on one mesh and scene, with methods that choose a row. The module `figure` draws a result.
 
-    The fields are documented in the subclass `Tradeoff`, which adds sentences, tables and files.
+    A row has the errors and the time of one way to light the mesh. The subclass `Tradeoff` adds sentences, tables and
+    files.
+
+    Attributes
+    ----------
+    tolerance : float
+        Allowed colour error.
+    rows : tuple of Row
+        Measured ways to light the mesh.
+    ledger : tuple of LedgerEntry
+        Cost of each effect and each light, and the error without this effect or light.
+    baseline : str
+        Name of the row to which the ledger's costs refer.
+    predicted_bounds : tuple of PredictedBound
+        Approximations within the tolerance, with bounds and measured errors.
+    left_out : dict of str to str
+        Variants that were not measured, and the reasons.
+    facts : dict of str to str
+        Mesh, scene, machine and versions, by name.
+    inside_errors, inside_areas : ndarray
+        Shape (m,): the largest interpolation error in each searched triangle, and each triangle's fraction of the area
+        of all searched triangles.
+    surface : pyvista.PolyData
+        Mesh whose points were lit.
+    scene : Scene
+        Scene that lit the mesh.
+    matrix : array_like or None
+        (4, 4) model matrix; None for the identity.
+    reference_colors : ndarray
+        Colours of the float64 reference, shape (n_points, 3).
     """
 
     tolerance: float
@@ -306,21 +337,21 @@ class Result:
     matrix: MatrixLike | None
     reference_colors: Float64Array
     _lighting: Mapping[str, Callable[[], FloatArray]] = field(kw_only=True)
-    """Name of a row → function that lights the vertices again."""
+    """Name of a row → function that lights the vertices again as this row did, and returns their colours."""
 
     def best(
         self, tolerance: float | None = None, question: Question = "at the vertices", *, peers: bool = False
     ) -> Row | None:
-        """Return the cheapest row within a tolerance.
+        """Return the row with the least time within a tolerance. A row stands for one way to light the mesh.
 
         Parameters
         ----------
         tolerance : float, optional
             Largest absolute colour error; by default the report's.
         question : {"at the vertices", "casting rays", "inside triangles"}
-            Question that the row answers. It decides which error must be within the tolerance: at the vertices, the sum
-            of the largest arithmetic and light-model errors; for casting rays, the root mean square error; inside
-            triangles, the largest error.
+            Question that the row answers. It decides which error must be within the tolerance. At the vertices, this is
+            the sum of the largest arithmetic and light-model errors. For casting rays, it is the root mean square
+            error, and inside triangles the largest error.
         peers : bool, default False
             Choose among other implementations instead of pvphong's.
 
@@ -340,13 +371,13 @@ class Result:
         return min(within, key=lambda row: row.time.median, default=None)
 
     def next_step(self, row: Row) -> Row | None:
-        """Return the cheapest row that answers the same question as `row` with a smaller error; None without one."""
+        """Return the quickest row with the same question as `row` and a smaller error; None without such a row."""
         better = (other for other in self.rows_for(row.question) if other.decisive_error < row.decisive_error)
         return min(better, key=lambda other: other.time.median, default=None)
 
     @property
     def chosen(self) -> list[Row]:
-        """The best row for each question, for the report's tolerance."""
+        """Best rows within the report's tolerance, one for each question that has such a row."""
         best = (self.best(question=question) for question in QUESTIONS)
         return [row for row in best if row is not None]
 
@@ -361,9 +392,9 @@ class Result:
 
     @property
     def name_of_chosen(self) -> str:
-        """Name of the row that is chosen at the vertices.
+        """Name of the row with the least time within the report's tolerance at the vertices.
 
-        There is always such a row, because the reference has no error.
+        There is always such a row, because the float64 reference has no error.
         """
         chosen = self.best()
         assert chosen is not None, "the reference is within every tolerance"
@@ -371,14 +402,14 @@ class Result:
 
     @cached_property
     def chosen_colors(self) -> FloatArray:
-        """Colours of the row that is chosen at the vertices, shape (n_points, 3).
+        """Colours at the vertices by the row that `name_of_chosen` names, shape (n_points, 3).
 
         They are computed at the first access.
         """
         return self._lighting[self.name_of_chosen]()
 
     def worst(self) -> list[tuple[int, float]]:
-        """Return index and error of the vertices where the chosen row has its largest errors, largest first."""
+        """Return index and error of the five vertices at which `chosen_colors` have the largest errors."""
         errors = np.abs(self.chosen_colors.astype(np.float64) - self.reference_colors).max(axis=1)
         order = np.argsort(-errors, kind="stable")[:_WORST]
         return [(int(index), float(errors[index])) for index in order]

@@ -62,7 +62,7 @@ class Clock:
         self.report(min(self.spent / self.seconds, 1.0), what)
 
     def part(self, seconds: float) -> Clock:
-        """Return a clock for `seconds` of this clock's budget. Its steps are reported by this clock."""
+        """Return a new clock for `seconds` of this clock's budget. This clock reports the steps of the new one."""
         return Clock(seconds, lambda _, what: self.say(what))
 
 

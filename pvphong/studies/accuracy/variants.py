@@ -66,8 +66,12 @@ class Subject:
     ----------
     points, normals : ndarray
         Shape (n, 3).
-    scene, material, matrix
-        As for `evaluate`; the material's maps are arrays.
+    scene : Scene
+        Lights, viewer and light model.
+    material : Material
+        Material, whose maps are arrays.
+    matrix : ndarray or None
+        (4, 4) model matrix; None for the identity.
     visibility : Visibility, optional
         Visibility at the points, if the scene has shadows or ambient occlusion.
     """
@@ -90,7 +94,10 @@ class Subject:
         return Vertices(self.points, self.normals, material.maps, visibility, tangents=material.tangents)
 
     def plan(self, tolerance: float = 0.0) -> Plan:
-        """Return the plan for the subject that keeps colour errors within a tolerance."""
+        """Return a plan: the lighting equation of this mesh and scene, simplified within a tolerance.
+
+        The tolerance is the largest absolute colour error that the simplifications may make.
+        """
         return Plan.of(self.scene, self.material, self.vertices, matrix=self.matrix, tolerance=tolerance)
 
     @cached_property
@@ -123,7 +130,8 @@ class Subject:
         rows : ndarray, optional
             Shape (m,): indices of the vertices; by default all of them.
         channels : ndarray, optional
-            Shape (k, m): visibility at these vertices, from `Visibility.channels`; used only with `rows`.
+            Visibility at these vertices, from `Visibility.channels`: a row for each light, then a row for the sky, each
+            of shape (m,). It is used only with `rows`.
         """
         part: Any = slice(None) if rows is None else rows
         points, normals = self.points[part], self.normals[part]
@@ -212,7 +220,8 @@ class Subject:
         backend : str, optional
             Evaluator; by default the one that `evaluate` uses.
         scene : Scene, optional
-            Scene whose equation is assembled first, only to include the time for it; by default the subject's scene.
+            The function also assembles the equation of this scene, so that its time includes that step. By default, it
+            is the subject's scene.
         """
 
         def run() -> FloatArray:
@@ -242,7 +251,7 @@ class Variant(NamedTuple):
 
 
 def plan_name(tolerance: float) -> str:
-    """Return the name of the variant that evaluates the plan at a tolerance."""
+    """Return the name of the variant that evaluates the plan, the equation simplified within a tolerance."""
     return f"plan at {_in_steps(tolerance)}"
 
 
@@ -254,7 +263,7 @@ def _in_steps(tolerance: float) -> str:
 
 
 def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[str, str]]:
-    """Return pvphong's ways to light the vertices, and the reasons for those that are left out, by name.
+    """Return pvphong's ways to light the subject's vertices, and the names of those left out with the reasons.
 
     The evaluators and precisions come first. Simpler light models follow, in float32 by the default evaluator, and
     finally the plan at the tolerance.
@@ -291,9 +300,9 @@ def variants(subject: Subject, tolerance: float) -> tuple[list[Variant], dict[st
 
 
 def _simpler_models(subject: Subject) -> Iterator[tuple[str, Equation, str]]:
-    """Yield three items for each simpler light model: its name, its equation, and the reason why it is left out.
+    """Yield three items for each simpler light model: its name, its equation, and the reason to leave it out.
 
-    The last item is "" if the model applies to the scene.
+    The reason is "" if the model applies to the scene.
     """
     whole, needed, (middle, radius) = subject.assembled, subject.equation, subject.sphere
     no_highlight = "" if needed.has_highlights else "there is no highlight that depends on the viewer"
@@ -347,9 +356,10 @@ class SampledRows(NamedTuple):
 def sampling(subject: Subject, visibility: Visibility, tolerance: float, clock: Clock) -> SampledRows:
     """Measure shadows and occlusion by few rays per vertex, by many, and by as many as the tolerance needs.
 
-    A row's time includes casting its rays and lighting the vertices with them, but not work that is shared by all rays,
-    such as building the tree of the occluders' triangles. A row's errors are differences from reference colours by 4096
-    rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which evaluators lack.
+    A row's time includes casting its rays and lighting the vertices with them. It does not include work for all rays
+    together, such as building the tree of the occluders' triangles. A row's errors are differences from reference
+    colours by 4096 rays, at random vertices. The reference includes `Subject.highlights_beyond_shares`, which
+    evaluators lack.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ _AT_ONCE = 2**16
 
 
 class FaceChecks(NamedTuple):
-    """Faces with faults, in ascending order.
+    """Result of `check_faces`: indices of the faces with each kind of fault, in ascending order.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ class FaceChecks(NamedTuple):
 
 
 def check_faces(points: FloatArray, faces: Faces) -> FaceChecks:
-    """Check every face. Faces with a point that is not finite are skipped.
+    """Find faces without an area, and faces with an uncertain normal. Skip faces with a point that is not finite.
 
     Rounding of the coordinates may turn a normal by step · magnitude / height radians. The step is the relative spacing
-    of the coordinates' float type, the magnitude is the face's largest absolute coordinate, and the height is measured
-    from the face's longest edge.
+    of the coordinates' float type. The magnitude is the face's largest absolute coordinate. The height is measured from
+    the face's longest edge.
     """
     finite, wide = finite_rows(points), points.astype(np.float64)
     all_finite = bool(finite.all())
@@ -316,7 +316,7 @@ class Edges(NamedTuple):
 
 
 def check_edges(faces: Faces, whole: Edges, folded: IntArray, repeated: IntArray) -> tuple[IntArray, IntArray]:
-    """Find the edges with more than two faces, and those whose two faces have opposite fronts.
+    """Find the edges with more than two faces, and the edges whose two faces have opposite fronts.
 
     Two neighbours with the same orientation run along their common edge in opposite directions. A repeated face counts
     as a further face of its edges, but is not compared with its original.

@@ -95,7 +95,7 @@ class Finding:
 
     @property
     def label(self) -> str:
-        """One word for the finding: a fault that spoils the lighting, or a note."""
+        """The word "spoils" for a fault that spoils the lighting, "note" for other faults."""
         return "spoils" if self.spoils else "note"
 
 

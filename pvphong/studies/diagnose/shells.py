@@ -85,9 +85,9 @@ def inside_out_faces(
     def is_cavity(inner: int) -> bool:
         """Return True if an inward part is the wall of a cavity: one of its points is inside the outward parts.
 
-        A point is inside if the winding number of the outward parts around it is positive: the sum of the solid angles
-        of their triangles, seen from the point, divided by 4π. `inner` is the number of the part, which is also the
-        index of its first point.
+        A point is inside if the winding number of the outward parts around it is positive. The winding number is the
+        sum of the solid angles of their triangles, seen from the point, divided by 4π. `inner` is the number of the
+        part, which is also the index of its first point.
         """
         own, turns = wide[triangles[part == inner]], 0.0
         for outer in outward:

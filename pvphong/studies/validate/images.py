@@ -128,8 +128,9 @@ def compare_images(
     Raises
     ------
     ValueError
-        As for `pvphong.validate`. Also if the scene has highlights and a viewer at infinity, because VTK has only
-        viewers at a finite distance; if the mesh has no faces or is out of view; or if VTK cannot draw on this machine.
+        If an argument is invalid, or VTK's shader cannot draw the scene, for a reason of `pvphong.validate`. Also if
+        the scene has highlights and a viewer at infinity, because VTK has only viewers at a finite distance; if the
+        mesh has no faces or is out of view; or if VTK cannot draw on this machine.
     """
     material = without_maps(as_material(material), "for a comparison of pictures")
     refuse_size(size)
@@ -164,8 +165,7 @@ def window_of_colors(
 ) -> pv.Plotter:
     """Return an offscreen window that shows the colours of the mesh `lit` unchanged, without lighting.
 
-    They are the point array `name`.
-    `size` is in pixels, and `matrix` is the mesh's model matrix.
+    The colours are the point array `name`. `size` is in pixels, and `matrix` is the mesh's model matrix.
     """
     window, _ = _window(drawable(lit, name), viewer, size, matrix, scalars=name, rgb=True, lighting=False)
     return window
@@ -194,7 +194,7 @@ def _window(
 ) -> tuple[pv.Plotter, pv.Actor]:
     """Return an offscreen window that shows a mesh on white, without lights, and the mesh's actor.
 
-    `options` are passed to `Plotter.add_mesh`.
+    `size` is in pixels, and `matrix` is the mesh's model matrix. `options` are passed to `Plotter.add_mesh`.
     """
     with preferring(drawing_window()), pv.vtk_verbosity("off"):
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")

@@ -172,8 +172,8 @@ def refuse_path(path: str | os.PathLike[str]) -> None:
 def vtk_report() -> VTKReport:
     """Compare a fixed list of scenes with VTK.
 
-    The list has every kind of light, of VTK's shader, of frame, of matrix and of projection. The meshes are bundled
-    with PyVista.
+    The scenes cover every kind of light, shader, coordinate frame, matrix and projection that VTK has. The meshes are
+    bundled with PyVista.
 
     Returns
     -------

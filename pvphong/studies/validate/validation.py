@@ -57,9 +57,9 @@ def validate(
     """Compare pvphong's colours with those of VTK's own shader, vertex by vertex.
 
     pvphong's colours are those of `evaluate` in float32, before they are clamped. VTK's colours are those of
-    `pvphong.vtk.oracle.vtk_shade`. The scene is compared in its own convention, and VTK's settings are adapted to it:
-    ambient light and emission become the unlit ambient colour of VTK's material; a viewer at infinity becomes a distant
-    one; for two-sided lighting, normals are turned to the viewer; the coordinates of a mesh far from the origin are
+    `pvphong.vtk.oracle.vtk_shade`. The scene is compared in its own convention, and VTK's settings are adapted to it.
+    Ambient light and emission become the unlit ambient colour of VTK's material. A viewer at infinity becomes a distant
+    one. For two-sided lighting, normals are turned to the viewer. The coordinates of a mesh far from the origin are
     taken relative to the mesh's middle, and the matrix moves the mesh back. `Comparison.conversions` lists these
     changes.
 
@@ -69,8 +69,8 @@ def validate(
     - on the edge of a spot's cone;
     - where two-sided lighting turns normals, at n·v = 0;
     - where VTK's rounding of positions and directions may exceed the bound;
-    - in the standard convention, where a cosine is so small that VTK increases it to 1e-5, and this changes the colour
-      visibly, as it may at powers of at most 1.
+    - in the standard convention, where VTK increases a cosine to its lower limit, 1e-5, and this changes the colour
+      visibly.
 
     Parameters
     ----------
@@ -83,8 +83,12 @@ def validate(
         must then be grey. For other maps, the ValueError names the map.
     matrix : array_like, optional
         (4, 4) model matrix.
-    feature_angle, backend
-        As for `mesh.phong.shade`.
+    feature_angle : float, "auto" or None, default None
+        An edge is sharp if the normals of its two faces differ by more than this angle, in degrees. Points are
+        duplicated along sharp edges. "auto" is 30 if the mesh has no point normals, and None if it has. None splits
+        nothing.
+    backend : str, default "auto"
+        Evaluator of pvphong's colours, as in `evaluate`.
 
     Returns
     -------
@@ -100,7 +104,7 @@ def validate(
         1e-18 to 1e18, and mirrored surfaces, because VTK turns their normals away from the viewer. The error holds the
         nearest scene that VTK can draw.
     ValueError
-        As for `evaluate`, or if the mesh has nothing to light.
+        If an argument has the wrong shape, type or range, or the mesh has nothing to light.
 
     See Also
     --------
@@ -239,7 +243,7 @@ class Vertex:
     pvphong, vtk : tuple of float
         The unclamped colours.
     tier : int
-        Number of the shader that VTK chose; an index into `TIERS`.
+        Number of the kind of lighting code that VTK chose; an index into `TIERS`.
     """
 
     index: int
@@ -329,7 +333,7 @@ class Comparison:
 
     @property
     def p99(self) -> float:
-        """99th percentile of the vertices' errors."""
+        """99th percentile of the vertices' errors; see `p50`."""
         return float(np.percentile(self._magnitudes, 99)) if self.n else math.nan
 
     @property

@@ -1,8 +1,9 @@
 """Keyboard commands: their functions, and the table `COMMANDS` of all keys at the end.
 
-To add a key, write a function as described at `Command.edits`, add a row to the table, and add the same row to the
-table of keys in the README; a test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
-to `pvphong view`. The roles of a light's fields define which commands apply to it.
+To add a key, write a function as described at `Command.edits`, and add a row to the table. Add the same row to the
+table of keys in the README. A test compares the two tables. Keys in `TAKEN` belong to PyVista or VTK; d, x and 4 belong
+to `pvphong view`. The roles of a light's fields define which commands apply to it. A function gets `gizmos`, the gizmos
+of the subplot. If it acts on a light, it also gets `gizmo`, the light's gizmo.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 
 def toggle_asking(gizmos: Gizmos) -> None:
-    """Switch the drag on a mesh between two meanings: ask for light on a spot, and turn the view."""
+    """Switch the meaning of a drag on a mesh: it asks for more or less light on a spot, or turns the view."""
     gizmos.asks, gizmos.spot = not gizmos.asks, None
     follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
     asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
@@ -75,7 +76,7 @@ def undo_or_redo(gizmos: Gizmos, step: int) -> None:
 
 
 def mute(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light, switched off if it is on, and on if it is off."""
+    """Return the gizmo's light, switched off if it is on, and on if it is off."""
     return replace(gizmo.light, on=not gizmo.light.on)
 
 
@@ -88,12 +89,12 @@ def toggle_shadows(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def reset(_gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light as it was when it got its gizmo."""
+    """Return the gizmo's light as it was when it got its gizmo."""
     return gizmo.first
 
 
 def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
-    """Return the light, moved to the viewer and aimed along the view axis."""
+    """Return the gizmo's light, moved to the viewer and aimed along the view axis."""
     light, viewer = gizmo.light, gizmos.lights.viewer
     world = replace(light, frame="headlight").in_world(viewer)
     aim: Any = tuple(viewer.distance * part for part in viewer.view_direction)  # the focal point is its target
@@ -102,7 +103,7 @@ def to_camera(gizmos: Gizmos, gizmo: Gizmo) -> Light:
 
 
 def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
-    """Return the light, moved so that its highlight is at the surface point under the cursor.
+    """Return the gizmo's light, moved so that its highlight is at the surface point under the cursor.
 
     If no lit mesh is under the cursor, or the highlight cannot be moved, show a notice and return None.
     """
@@ -119,7 +120,7 @@ def highlight_here(gizmos: Gizmos, gizmo: Gizmo) -> Light | None:
 
 
 def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with its intensity changed by `step` thirds of a photographic stop. Three steps double it."""
+    """Return the gizmo's light, brighter by `step` thirds of a photographic stop. Three steps double the intensity."""
     light = gizmo.light
     intensity = on_scale(light.intensity, 3, step) if light.intensity else 0.0
     stops = f" = {math.log2(intensity):+.2g} stops" if intensity else "; press Enter to type one"
@@ -128,7 +129,7 @@ def brighten(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
 
 
 def on_scale(value: float, parts: int, step: int) -> float:
-    """Return `value` times 2^(step/parts).
+    """Return `value` moved by `step` steps on a logarithmic scale that has `parts` steps per factor of 2.
 
     If `value` is a power of 2^(1/parts), up to rounding, the result is computed from the exponent, so that rounding
     errors do not accumulate.
@@ -164,12 +165,12 @@ def warmed(color: ColorLike, steps: float) -> Vector:
 
 
 def turn_hue(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with its hue turned by `step` steps."""
+    """Return the gizmo's light with the hues of its colours turned by `step` steps."""
     return _recolor(gizmos, gizmo, "hue", partial(hue_turned, degrees=_HUE_STEP * step))
 
 
 def warm(gizmos: Gizmos, gizmo: Gizmo, step: int) -> Light:
-    """Return the light with colours that are warmer by `step` steps. Negative steps make them cooler."""
+    """Return the gizmo's light with colours that are warmer by `step` steps. Negative steps make them cooler."""
     return _recolor(gizmos, gizmo, "warmer" if step > 0 else "cooler", partial(warmed, steps=step))
 
 
@@ -178,8 +179,10 @@ def _recolor(gizmos: Gizmos, gizmo: Gizmo, what: str, change: Callable[[ColorLik
 
     Parameters
     ----------
-    gizmos, gizmo
-        The subplot's gizmos, and the gizmo of the light.
+    gizmos : Gizmos
+        The gizmos of the subplot.
+    gizmo : Gizmo
+        The gizmo of the light.
     what : str
         Word for the change, such as "warmer".
     change : callable
@@ -252,7 +255,7 @@ def delete(gizmos: Gizmos, gizmo: Gizmo) -> None:
 
 
 def solo(gizmos: Gizmos, gizmo: Gizmo) -> None:
-    """Switch this light on and all others off. If they are like this already, switch all lights on."""
+    """Switch the gizmo's light on and all others off. If this is so already, switch all lights on."""
     chosen, viewer = gizmo.renderer_light, gizmos.lights.viewer
     others_on = gizmos.soloed is chosen
     for each in gizmos.lights.renderer_lights:
@@ -267,11 +270,11 @@ _NAMED = {name: named for name, named in _NAMED.items() if named.reflectance is 
 
 
 def next_material(material: Material, step: int) -> Material:
-    """Return the named material after `material` in the table; with `step` −1, the one before it.
+    """Return the next named material in the table after `material`; with `step` −1, the previous named material.
 
     If `material` is not in the table, the result is the table's first material, or with `step` −1 its last. The result
-    keeps albedo and tangents of `material`. The result also keeps the reflectance, if neither `material` nor the new
-    named material has its own.
+    has the albedo and the tangents of `material`. It also has the reflectance of `material`, except in two cases: the
+    new named material defines a reflectance, or the reflectance of `material` came from the table.
     """
     names, name = list(_NAMED), name_of(material)
     at = names.index(name) if name else min(-step, 0)
@@ -394,9 +397,10 @@ OURS = frozenset({*_OF_KEYS, *ENTER})
 
 
 def run(gizmos: Gizmos, key: str, *, control: bool = False) -> bool:
-    """Run the command of a key, which is pvphong's or the user's. Return False if the key has no command.
+    """Run the command of a key. Return False if the key has no command.
 
-    `control` is true if the control key is down. Then, only z and y have a command.
+    The command is one of pvphong or one of the user. `control` is True while the control key is down; then, only z and
+    y have a command.
     """
     if control and key not in ("z", "y"):
         return False

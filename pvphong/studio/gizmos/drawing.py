@@ -47,7 +47,7 @@ def hue(light: Light) -> Vector:
 
 
 def circle(center: Float64Array, normal: Float64Array, radius: float, count: int = 64) -> Float64Array:
-    """Return a circle around `center` as a closed polygon of `count` segments, shape (count + 1, 3).
+    """Return the corners of a circle around `center`, a closed polygon of `count` sides, shape (count + 1, 3).
 
     `normal` is the unit normal of the circle's plane, and `radius` is in world units.
     """
@@ -145,7 +145,7 @@ class Drawing:
             self._area(self.view.project(point) + 14.0 * bar, _WHITE, DARK_EDGE, 2.1)
 
     def arrow_out_of_sight(self, point: Float64Array) -> None:
-        """Add an arrow at the edge of the subplot that points to the world point; nothing if the point is visible."""
+        """Add an arrow at the subplot's edge that points to a world point. Add nothing if the point is visible."""
         found = self.view.edge_towards(point, _ARROW_MARGIN)
         if found is None:
             return

@@ -110,7 +110,7 @@ class Gizmo(Handle):
         return find_highlight(self.in_scene(view).light, view, self._gizmos.lit.shown)
 
     def in_scene(self, view: View, grabbed: str = "") -> LightInScene:
-        """Return the light in world coordinates, with the scene around it.
+        """Return the light in world coordinates, together with centre and size of the scene.
 
         A headlight keeps the frame "headlight". If the light has no position, its icon is in front of the scene, or at
         the place to which it was dragged.
@@ -120,8 +120,9 @@ class Gizmo(Handle):
         view : View
             The subplot's view.
         grabbed : str
-            Name of the handle with which a drag begins; "" for none. If the drag turns a light without a position,
-            `LightInScene.held` chooses the light's pivot. The pivot is kept until the scene changes.
+            Name of the handle that a drag has just grabbed; "" if no drag begins. A drag turns a light without a
+            position around a point, which `LightInScene.held` chooses. This point is kept for later calls until the
+            scene changes.
         """
         light = self.renderer_light.light(view.viewer)
         scenery = self._gizmos.scenery
@@ -141,8 +142,10 @@ class Gizmos:
 
     Parameters
     ----------
-    renderer, interactor
-        VTK's renderer and interactor.
+    renderer : pyvista.Renderer
+        The renderer of the subplot.
+    interactor : vtkRenderWindowInteractor
+        VTK's interactor, which reports the events of the window.
     render : callable
         Draws a frame, usually `plotter.render`.
     lights : WindowLights
@@ -238,9 +241,9 @@ class Gizmos:
 
     @property
     def scenery(self) -> Scenery:
-        """Bounds of the drawn objects without a stage, used to place icons.
+        """Centre and size of the drawn objects without a stage (ground or backdrop), used to place icons.
 
-        If nothing is drawn, bounds of the camera's view.
+        If nothing is drawn, the result is centre and size of the camera's view.
         """
         with self.lit.without_bounds_of_stage():
             bounds = np.array(self.renderer.ComputeVisiblePropBounds()).reshape(3, 2)
@@ -292,9 +295,9 @@ class Gizmos:
         view : View
             The subplot's view.
         highlights : mapping
-            Visible gizmo → world position of its highlight, or None.
+            Visible gizmo → world position of its light's highlight; None if there is no highlight.
         active : tuple of Gizmo and str, optional
-            The handle that is hovered or edited.
+            The gizmo and the name of its handle that is hovered or edited.
         readout : str
             Text next to the cursor.
         help_text : str

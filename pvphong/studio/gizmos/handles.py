@@ -66,7 +66,7 @@ def fields(light: Light, kind: type[Role]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class LightInScene:
-    """A light and the scene around it, as a window shows them.
+    """A light, and centre and size of the scene in which a window shows the light.
 
     Parameters
     ----------
@@ -83,8 +83,9 @@ class LightInScene:
     def handles(self) -> dict[str, Handle]:
         """Handles of the light, as name → handle.
 
-        A handle has the name that its role defines. If another handle has that name already, the handle has the name of
-        its field. The last handle is for the intensity. It has no position; the intensity can only be typed.
+        A handle has the name that its role defines. If another handle has this name already, it has the name of its
+        field instead. The last handle is for the intensity. This handle has no position, and the intensity can only be
+        typed.
         """
         light, found = self.light, dict[str, Handle]()
         for field, role in light.roles.items() if is_movable(light) else ():
@@ -118,9 +119,9 @@ class LightInScene:
     def reach(self, direction: Any) -> float:
         """Return the distance from the light's icon to the target of an aim.
 
-        `direction` is the vector in the aim's field. For a light with a position, this is the length of `direction`, or
-        about the distance to the scene's centre if this length is too short or too long. For any other light, it is a
-        fixed fraction of the scene's size.
+        `direction` is the vector in the aim's field. For a light with a position, this is the length of `direction`. If
+        this length is too short or too long, it is about the distance to the scene's centre. For any other light, it is
+        a fixed fraction of the scene's size.
         """
         size = self.scenery.size
         if not self.light.values(Place):
@@ -136,7 +137,10 @@ class LightInScene:
 
     @property
     def front(self) -> Float64Array:
-        """World position of the mark for the front of a light that turns, on a circle around the scene's centre."""
+        """World position of the mark that shows the front of an environment light.
+
+        The mark is on a circle around the scene's centre, and its direction from the centre is the light's first axis.
+        """
         light: Any = self.light
         return np.asarray(self.scenery.center + STANDS_OFF * self.scenery.size * light.axes[0])
 
@@ -148,7 +152,9 @@ class LightInScene:
         return np.array(unit_vector(np.cross(offsets, np.roll(offsets, -1, axis=0)).sum(axis=0).tolist()))
 
     def held(self, handle: str) -> Scenery:
-        """Return the scenery for a drag of the handle `handle`. Its anchor is the point around which the light turns.
+        """Return centre, size and anchor of the scene for a drag of the handle named `handle`.
+
+        The anchor is the point around which the drag turns the light.
 
         A light without a position turns around its icon if the target is dragged. If the icon is dragged, the light
         turns around a point in front of the icon, at first the scene's centre.
@@ -242,7 +248,7 @@ class LightInScene:
 
 
 class Handle:
-    """Handle of one field of a light in a window. `dragged` and `typed` return the changed light, in world coordinates.
+    """Handle of one field of a light in a window. `dragged` and `typed` return the changed light in world coordinates.
 
     This base class is for a number that can only be typed. Its handle has no position in the window.
 
@@ -287,11 +293,11 @@ class Handle:
     used."""
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the shape of the field to a drawing. If the light is selected, add more of the shape."""
+        """Add the shape of the field, such as a cone, to a drawing. If the light is selected, add more lines."""
 
     @property
     def said(self) -> tuple[str, str]:
-        """The handle's two parts of the readout; "" for no part.
+        """The handle's two texts for the readout next to the cursor; "" for no text.
 
         The first is a line for a position or direction. The second is an entry in the line of sizes and angles.
         """
@@ -303,7 +309,10 @@ class Handle:
 
 
 class PlaceHandle(Handle):
-    """Handle of a position, or of the centre of corners, which all move with it. The light keeps its target."""
+    """Handle of a light's position, or of the centre of its corners, which move together.
+
+    The light keeps its target.
+    """
 
     @property
     def middle(self) -> Float64Array:
@@ -335,7 +344,7 @@ class PlaceHandle(Handle):
         return self.middle
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light moved with the cursor. A snapping cursor rounds the changed coordinates to the grid."""
+        """Return the light, moved by a drag from `start` to `cursor`. A snapping cursor rounds the coordinates."""
         point = start.moved(cursor)
         if cursor.snapping:
             stays = np.abs(point - start.point) <= 1e-9 * self.scenery.size
@@ -369,7 +378,7 @@ class AimHandle(Handle):
         return self.shown.origin if self.name == ORIGIN else self.shown.target(self.value)
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
-        """Return the light, turned to follow the handle. A snapping cursor rounds azimuth and elevation."""
+        """Return the light, turned by a drag from `start` to `cursor`. A snapping cursor rounds both angles."""
         goal = start.moved(cursor)
         if np.array_equal(goal, start.point):
             return self.light
@@ -461,7 +470,7 @@ class AngleHandle(Handle):
     def draw(self, drawing: Drawing, selected: bool) -> None:
         """Add the cone's rim at the target's distance.
 
-        If selected, add lines to it and the circle of half intensity.
+        If selected, add lines from the light to the rim, and the circle of half intensity.
         """
         along, start = self.shown.along, self.shown.origin
         if along is None:
@@ -532,7 +541,7 @@ class LengthHandle(Handle):
         return self.light if distance is None else self.with_value(distance / self.role.share)
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add a circle through the handle, and if selected a sphere. A light with an outline gets neither."""
+        """Add a circle through the handle. If selected, add a sphere too. Add nothing for a light with an outline."""
         if self.light.outline is None:
             radius = self.role.share * self.value
             self.shown.draw_circles(drawing, radius, 0.6 if selected else 0.3, drawing.view.viewer.axes[2:])
@@ -541,9 +550,10 @@ class LengthHandle(Handle):
 
 
 class FalloffHandle(Handle):
-    """Handle of a falloff that is the same in all directions, to the right of the light, where half of it remains.
+    """Handle of a falloff that is the same in all directions.
 
-    A light with an aim has no such handle: its target shows its range.
+    The handle is to the right of the light, where half of the light remains. A light with an aim has no such handle:
+    its target shows its range.
     """
 
     is_always_shown = False  # the spheres would cross the whole window
@@ -570,7 +580,7 @@ class FalloffHandle(Handle):
     def typed(self, numbers: dict[str, float]) -> Light:
         """Return the light with the falloff that leaves half of the light at the typed distance.
 
-        The linear and quadratic coefficients are scaled. A light without such a distance is returned unchanged.
+        The linear and quadratic coefficients are scaled. A light with a constant falloff is returned unchanged.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:
@@ -593,12 +603,15 @@ class FalloffHandle(Handle):
 
 
 class TurnHandle(Handle):
-    """Handle of a turn around the up axis, at a mark for the light's front on a circle around the scene's centre."""
+    """Handle of an environment's rotation around the up axis. It is a mark on a circle around the scene's centre.
+
+    The mark shows where the front of the environment is.
+    """
 
     _number_format = "{name} {value:.1f}°"
 
     def point(self, view: View) -> Float64Array:  # noqa: ARG002 the same in all views
-        """Return the world position of the mark for the light's front."""
+        """Return the world position of the mark that shows the front of the light."""
         return self.shown.front
 
     def dragged(self, start: DragStart, cursor: Cursor) -> Light:
@@ -620,7 +633,7 @@ class TurnHandle(Handle):
         return self.with_value(math.remainder(degrees, 360.0))
 
     def draw(self, drawing: Drawing, selected: bool) -> None:
-        """Add the circle on which the mark of the front moves; if selected, also the mark and the up axis."""
+        """Add the circle on which the handle moves. If selected, add the handle and the up axis."""
         middle, place = np.array(self.scenery.center), self.shown.front
         up = np.array(unit_vector(self.light.values(Up)[0]))
         far = float(np.linalg.norm(place - middle))
@@ -646,8 +659,8 @@ _OF_ROLES: dict[type[Role], type[Handle]] = {
 def _distance(handle: Handle, start: DragStart, cursor: Cursor, along: Float64Array | None = None) -> float | None:
     """Return the distance, > 0, between the light and a handle that is dragged from `start` to the cursor.
 
-    It is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor rounds it to
-    the grid. The result is None if the cursor has not moved, or the light is not in front of the eye.
+    The distance is measured along the unit vector `along`, or by default parallel to the picture. A snapping cursor
+    rounds the distance to the grid. Return None if the cursor has not moved, or the light is not in front of the eye.
     """
     middle, view = handle.shown.origin, start.view
     if not view.is_ahead(middle) or not start.motion(cursor).any():

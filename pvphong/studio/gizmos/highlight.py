@@ -34,8 +34,7 @@ class SurfacePoint:
 def find_highlight(light: Light, view: View, meshes: Sequence[LitMesh]) -> SurfacePoint | None:
     """Return the surface point at which the viewer sees a light's highlight; None if there is no highlight.
 
-    Only meshes whose material has a highlight count. A mesh that cannot be lit is drawn without points and has no
-    highlight.
+    Meshes whose material has no highlight are ignored, and so are meshes that cannot be lit.
 
     Parameters
     ----------

@@ -20,7 +20,10 @@ class Editable(Protocol):
         """The current state, which `revert` reads. States can be compared by ==."""
 
     def revert(self, now: Any, then: Any) -> None:
-        """Undo the changes between the states `then` and `now`, and keep all other changes."""
+        """Restore the values of the state `then` that differ in the state `now`, and keep all other changes.
+
+        Both arguments are values of `state`.
+        """
 
 
 class Running(Protocol):

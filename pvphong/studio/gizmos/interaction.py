@@ -2,7 +2,7 @@
 
 VTK's widget passes a drag to `Interaction._dragged` and `Drag.move`. The handle computes the new light from the cursor
 (`handles.py`, with `view.py`), and the renderer's light is set (`studio/window_lights.py`). VTK's widget then draws a
-frame; before that frame, the meshes are lit again (`studio/lit_actors.py`) and the gizmos are redrawn
+frame. Before this frame, the meshes are lit again (`studio/lit_actors.py`) and the gizmos are redrawn
 (`Interaction.update`).
 """
 
@@ -98,7 +98,7 @@ class Drag(Edit):
         super().__init__(gizmos, gizmo, handle)
         self.readout = ""
         self.over: SurfacePoint | None = None
-        """The surface point that the highlight has been dragged to."""
+        """The last surface point to which the highlight has been dragged; None before the first."""
         self._highlight = gizmo.surface_highlight(self.view)
         self._surfaces: Surfaces | None = gizmos.surfaces if handle == HIGHLIGHT else None
         light, scenery, options = self.start.light, self.start.scenery, gizmos.options
@@ -222,8 +222,8 @@ the radius of the drawn dot.
 class Interaction:
     """Turns the events of one subplot into drags, typed values and commands.
 
-    A single VTK widget serves all handles: it is moved to the handle nearest to the cursor, tests whether the cursor is
-    on that handle, and follows the mouse. The widget draws nothing, because the gizmos draw the handles. The widget is
+    A single VTK widget serves all handles. It is moved to the handle nearest to the cursor, tests if the cursor is on
+    that handle, and follows the mouse. The widget draws nothing, because the gizmos draw the handles. The widget is
     defined in pixels. So it does not count towards the scene's bounds, and cannot be picked.
 
     Parameters
@@ -277,7 +277,7 @@ class Interaction:
     def _observe(
         self, subject: Any, event: str, react: Callable[[Interaction], bool | None], priority: float = 0.0
     ) -> None:
-        """Call `react` at each VTK event with the name `event` on `subject`.
+        """Call `react` at each event with the name `event` of the VTK object `subject`.
 
         If `react` returns True, observers with a lower priority do not receive the event.
         """
@@ -398,7 +398,7 @@ class Interaction:
         return True
 
     def _grabbed(self) -> None:
-        """Start the drag of the handle that was grabbed, and save the state on which the drag depends."""
+        """Start the drag of the handle under the cursor, and save the state on which the drag depends."""
         assert self._nearest is not None
         self.gizmos.history.settle()  # ends typing, here or in another subplot
         self.gizmos.notice = ""
@@ -544,7 +544,7 @@ class Interaction:
         return is_typed
 
     def _press_ended(self) -> bool:
-        """Handle the end of a key press. While a value is typed, return True, so that no other observer reacts."""
+        """Handle the end of a key press. Return True while a value is typed, so that no other observer reacts."""
         self._key_down = None
         return isinstance(self.edit, Entry)
 

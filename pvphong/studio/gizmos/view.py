@@ -68,7 +68,7 @@ class View:
 
     @cached_property
     def _zoom(self) -> float:
-        """Pixels per unit of length in parallel projection. In perspective, pixels per unit of offset over depth."""
+        """Pixels per unit of length in parallel projection. In perspective, pixels per unit of offset/depth."""
         half = 0.5 * self.size[1]
         if self.viewer.parallel:
             return half / self.viewer.parallel_scale
@@ -103,15 +103,15 @@ class View:
         return self._middle + self._zoom * flat
 
     def edge_towards(self, point: VectorLike | Float64Array, margin: float) -> tuple[Pixel, Pixel] | None:
-        """Return place and direction of an arrow to a world point that is out of sight; None if it is visible.
+        """Return place and direction of an arrow to a world point out of sight; None if the point is visible.
 
         The arrow is `margin` pixels inside the subplot's edge.
 
         Returns
         -------
         place, direction : tuple of float
-            The position in pixels, and the unit vector on the screen towards the point. It is downwards if the point is
-            straight behind the eye.
+            The position in pixels, and the unit vector on the screen towards the point. The vector is downwards if the
+            point is straight behind the eye.
         """
         half = 0.5 * np.array(self.size)
         if self.is_ahead(point):
@@ -203,7 +203,7 @@ class View:
         return point + axis * min(max(t, limits[0]), limits[1])
 
     def axis_along(self, point: Float64Array, motion: Float64Array) -> Float64Array | None:
-        """Return the unit vector of the world axis that appears most nearly parallel to a motion on the screen.
+        """Return the unit vector of the world axis whose picture is most nearly parallel to a motion on the screen.
 
         The axes are drawn at the world point `point`. `motion` is in pixels. Axes that point at the eye are left out.
         The result is None if there is no motion.
@@ -216,7 +216,9 @@ class View:
         return np.eye(3)[int(np.argmax(fits))]
 
     def _picture_of(self, point: Float64Array, axis: Float64Array) -> Float64Array:
-        """Return the motion on the screen, in pixels per world unit, of a world point that moves along `axis`."""
+        """Return the motion on the screen, in pixels per world unit, of the world point `point` if it moves along
+        `axis`.
+        """
         along = self.viewer.axes @ axis * (1.0, 1.0, -1.0)
         if self.viewer.parallel:
             return self._zoom * along[:2]
@@ -269,7 +271,7 @@ class Cursor:
 
 @dataclass(frozen=True)
 class DragStart:
-    """The state when a handle was grabbed.
+    """The state at the start of a drag, when the button was pressed on a handle.
 
     Parameters
     ----------
@@ -351,14 +353,17 @@ def nearest(
 
     Parameters
     ----------
-    start, cursor
-        The start of the drag, and the present cursor.
+    start : DragStart
+        The state at the start of the drag.
+    cursor : Cursor
+        The present cursor.
     places : callable
         Maps numbers, shape (n,), to their world points, shape (n, 3).
     tried : numpy.ndarray
-        Increasing, evenly spaced candidates. The best one is then refined.
+        Candidates for the number, increasing and evenly spaced. The result lies between the neighbours of the best
+        candidate.
     reluctance : float, default 0
-        Penalty in pixels per unit of the number's absolute value.
+        Penalty for large numbers, in pixels of distance per unit of the number's absolute value.
 
     Returns
     -------
