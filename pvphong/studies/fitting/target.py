@@ -138,7 +138,7 @@ class Wanted:
 
     def seen(self, colors: Float64Array) -> Float64Array:
         """Return what of colours the target is compared with: the colours, shape (n, 3), or luminances, (n, 1)."""
-        return (colors * LUMINANCE).sum(axis=1, keepdims=True) if self.is_luminance else colors
+        return np.einsum("nc,c->n", colors, LUMINANCE)[:, None] if self.is_luminance else colors
 
 
 _TARGET = "an array with a luminance or a colour for each point, the name of such a point array, or a number"
