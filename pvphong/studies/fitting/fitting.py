@@ -416,8 +416,8 @@ def _columns(
     for part, each, tracer in zip(parts, vertices, tracers, strict=True):
         given = part.given(setting.visibility)
         seen = None if given is None else checked_visibility("visibility", given, each.points, matrix, scene)
-        subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None))
-    return Columns(subjects, scene, matrix, transport, setting.backend, expected)
+        subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None, matrix))
+    return Columns(subjects, scene, transport, setting.backend, expected)
 
 
 def _normals_of(vertices: Vertices) -> FloatArray:

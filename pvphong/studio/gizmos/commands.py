@@ -46,9 +46,9 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 def toggle_asking(gizmos: Gizmos) -> None:
     """Let drags on meshes ask for light, or turn the view again."""
-    gizmos.asks, gizmos.spot = not gizmos.asks, None
+    gizmos.asks, gizmos.spot, gizmos.followers = not gizmos.asks, None, None
     follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
-    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
+    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size; Esc: end. {follow}"
     gizmos.notice = asking if gizmos.asks else "drags turn the view"
 
 

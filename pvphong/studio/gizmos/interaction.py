@@ -207,8 +207,8 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
 
 _BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVista and the interactor style 0
 
-# Factor by which a step of the wheel makes a spot larger, and the smallest spot, as a fraction of the scene's size.
-_WIDER, _SMALLEST = 1.25, 0.01
+# Factor by which a step of the wheel makes a spot larger.
+_WIDER = 1.25
 
 TOLERANCE = 12
 """Largest distance from the cursor at which a handle is grabbed, in pixels of a screen of usual resolution: about twice
@@ -439,7 +439,7 @@ class Interaction:
             return False
         if self.edit.is_possible:
             self.edit.move()
-            self.gizmos.render()
+            self.gizmos.interactor.Render()  # as VTK's widgets do; a page draws fewer frames than there are moves
         return True
 
     def _answered(self) -> bool:
@@ -455,9 +455,7 @@ class Interaction:
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at:
             return False
-        gizmos.spot_size = min(max(gizmos.spot_size * factor, _SMALLEST), 1.0)
-        if gizmos.spot is not None:
-            gizmos.spot = gizmos.spot[0], gizmos.spot_size * gizmos.scenery.size
+        gizmos.resize_spot(gizmos.spot_size * factor)
         gizmos.notice = f"spot: {gizmos.spot_size:.2g} of the scene's size"
         gizmos.render()
         return True
@@ -520,6 +518,9 @@ class Interaction:
                 self.give_up()
         elif key == "Escape" and gizmos.awaits_click is not None:
             gizmos.awaits_click, gizmos.notice = None, ""
+            gizmos.render()
+        elif key == "Escape" and gizmos.asks:
+            commands.toggle_asking(gizmos)
             gizmos.render()
         elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # no edit in another subplot
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected
