@@ -1,4 +1,4 @@
-"""What measures and compares a studio's view: histogram, probe and snapshots; and how the view is drawn for it."""
+"""Tools of a studio's view: histogram, probe, snapshots and *Ask*; and how the view is drawn for them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.hurry import TRIGGERS, Hurry
+from pvphong.studio.web.live_ask import LiveAsk
 from pvphong.studio.web.live_histogram import LiveHistogram
 from pvphong.studio.web.live_probe import LiveProbe
 from pvphong.studio.web.snapshots import Snapshots, pictures
 
 
 class Instruments:
-    """Histogram, probe, snapshots and coarse pictures of a studio's view.
+    """Histogram, probe, snapshots, *Ask* and coarse pictures of a studio's view.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Instruments:
     ) -> None:
         self.histogram, self.hurry = LiveHistogram(subplot), Hurry(subplot, later, draw)
         self.snapshots = Snapshots(document, subplot)
-        self.probe = LiveProbe(subplot, document.mesh_name, say)
+        self.probe, self.ask = LiveProbe(subplot, document.mesh_name, say), LiveAsk(document)
         self._subplot, self._later, self._draw, self._put = subplot, later, draw, put
         self._is_due = False
         self._dpi = subplot.renderer.GetRenderWindow().GetDPI()
@@ -63,9 +64,24 @@ class Instruments:
             "restore_snapshot": self.snapshots.restore,
             "look_from_snapshot": self.snapshots.look_from,
             "forget_snapshot": self.snapshots.forget,
-            "probe": self.probe.switch,
+            "probe": self._probe,
+            "ask": self._ask,
+            "ask_spot": self.ask.resize,
+            "ask_light": self.ask.follow,
             "unpin": self.probe.unpin,
         }
+
+    def _probe(self, on: Any) -> None:
+        """Switch the probe. It and asking use the same clicks, so one ends the other."""
+        self.probe.switch(on)
+        if on:
+            self.ask.switch(False)
+
+    def _ask(self, on: Any) -> None:
+        """Switch asking."""
+        self.ask.switch(on)
+        if on:
+            self.probe.switch(False)
 
     def _keep(self, *given: Any) -> Any:
         """Keep a snapshot of the meshes themselves, even right after an edit."""
@@ -74,7 +90,7 @@ class Instruments:
 
     def shown(self) -> dict[str, Any]:
         """Return the values for the page that change with a frame."""
-        return {"probe": self.probe.shown(), "snapshots": self.snapshots.shown()}
+        return {"probe": self.probe.shown(), "ask": self.ask.shown(), "snapshots": self.snapshots.shown()}
 
     def triggered(self, name: str) -> None:
         """Draw large meshes coarsely after a trigger that changes the picture."""

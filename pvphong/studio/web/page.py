@@ -15,6 +15,7 @@ from trame.widgets import vuetify3 as v
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels import help
 from pvphong.studio.web.panels.accuracy import advanced
+from pvphong.studio.web.panels.ask import STYLE as ASK_STYLE
 from pvphong.studio.web.panels.camera import camera
 from pvphong.studio.web.panels.compare import OWN as COMPARE_OWN
 from pvphong.studio.web.panels.compare import STYLE as COMPARE_STYLE
@@ -141,8 +142,8 @@ window.studioJump = (id) => {
   setTimeout(stop, 2000);
 };
 """
-"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy machine.
-The user's next action ends it."""
+"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy
+machine. The user's next action ends it."""
 
 _TEXT = ':data-alt="view_text"'
 
@@ -167,7 +168,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE + ASK_STYLE)
         client.Script(_KEYS + _STEPS + _JUMPS + FINE + _ALT + _ZOOM + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
@@ -214,7 +215,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
             html.Div(
-                classes=("'studio-view' + (aiming ? ' studio-aiming' : '')",),
+                classes=("'studio-view' + (aiming || ask.on ? ' studio-aiming' : '')",),
                 raw_attrs=[
                     *found_by("view", "View of the model with gizmos; press h for the keys")["raw_attrs"],
                     _TEXT,

@@ -2,6 +2,6 @@
 
 Read `panel` first, a heading that unfolds its inputs. The panels are, in the order of the page, `lights`, `mix`,
 `material`, `camera`, `picture` with the `histogram`, `probe`, `compare` with its pictures over the view, `files` and
-`accuracy`. `stage` has the buttons of the panel "Scene" for a stage. `over_view` has the cards over the view, and
-`help` the welcome and the keys.
+`accuracy`. `ask` has a tool of the panel "Lights". `stage` has the buttons of the panel "Scene" for a stage.
+`over_view` has the cards over the view, and `help` the welcome and the keys.
 """

@@ -9,6 +9,7 @@ from trame.widgets import vuetify3 as v
 
 from pvphong.scene.presets import setups
 from pvphong.studio.web.inputs import color_picker, color_text, form, found_by, icon_button, number_input
+from pvphong.studio.web.panels import ask
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.words import LIGHTS
 
@@ -46,6 +47,8 @@ def lights(kinds: Mapping[str, str]) -> None:
                     item = v.VListItem(name, click=f"trigger('set_up', ['{name}'])", **test)
                     with item, v.Template(v_slot_prepend=True):
                         html.Img(src=f"thumbnail/setup/{name}", width=40, height=40, classes="mr-3", alt="")
+        ask.button()
+        ask.options()
         with v.VCard(
             v_for="light in lights",
             key=("light.number",),
