@@ -130,13 +130,14 @@ class Search:
         """
         if not any(one.count for one in self.varied):
             return point
-        start, damping, stalls = point, _DAMPING, 0
+        damping, stalls = _DAMPING, 0
         for _ in range(most):
             before, then = point.solution.squares, None
             if before <= perfect:
                 break
             enough = (little if before <= self.close else max(little, _ROUGH)) * before
             matrix, right = projected(point.solution, self.derivatives(point))
+            growth = 10.0
             while then is None and damping <= _MOST:
                 damped = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12 * np.trace(matrix) + 1e-300))
                 step = np.clip(np.linalg.lstsq(damped, right, rcond=None)[0], -1.0, 1.0)
@@ -146,14 +147,14 @@ class Search:
                 if trial.solution.squares < before:
                     then, damping = trial, max(damping * 0.1, _LEAST)
                 else:
-                    damping = max(damping, _LEAST) * 10.0
+                    damping, growth = max(damping, _LEAST) * growth, min(10.0 * growth, 1e3)
             if then is None:
                 break
             point = then
             stalls = stalls + 1 if before - point.solution.squares <= enough else 0
             if stalls == 2:
                 break
-        if point is start or not self.wanted.clamps:
+        if not self.wanted.clamps:
             return point
         afresh = self.at(point.lights, point.shares)
         return afresh if afresh.solution.squares < point.solution.squares else point
@@ -383,8 +384,9 @@ def find(
         with text.stage("all vertices", 0.9, 1.0):
             if point.solution.squares > exact and len(rows) > 2 * _OF_MOST:
                 more = sample(_OF_MOST)
-                lights = more.settled(more.at(lights), _LONG, exact).lights
-            return whole, whole.settled(whole.at(lights), _LONG, exact, _NOTHING), False
+                point = more.settled(more.at(lights, near=point.solution.x), _LONG, exact)
+                lights = point.lights
+            return whole, whole.settled(whole.at(lights, near=point.solution.x), _LONG, exact, _NOTHING), False
     except KeyboardInterrupt:
         return whole, whole.at(lights), True
 
