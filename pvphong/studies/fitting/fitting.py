@@ -137,6 +137,8 @@ def fit(
     """
     options = Options(weights, max_lights, tolerance, tries, seed)
     setting = Setting(matrix, feature_angle, occluders, visibility, transport, 0.0, backend)
+    if isinstance(target, Mapping):
+        check.refuse("target", "a mapping", "an array, its name or a number", "ph.target(mesh, {...}) makes an array.")
     begun = time.perf_counter()
     part = _Part.of("", mesh, material, setting)
     framed = scene_for(part.source, scene, matrix)
