@@ -94,12 +94,14 @@ class Ask:
             each.renderer_light.restore(each.state)
 
     def move(self) -> None:
-        """Set the intensities that belong to the cursor's position: up is brighter."""
-        self.ask((self.gizmos.cursor[1] - self._start) / PIXELS_PER_STOP)
+        """Set the intensities that belong to the cursor's position, if it has moved: up is brighter."""
+        stops = (self.gizmos.cursor[1] - self._start) / PIXELS_PER_STOP
+        if stops != self._stops:
+            self.ask(stops)
 
     def ask(self, stops: float) -> None:
         """Ask for 2 to the power of `stops` times the luminance that the spot had at the start."""
-        values = self._seen.copy()
+        self._stops, values = stops, self._seen.copy()
         values[self._inside] = np.maximum(values[self._inside], _BLACK) * 2.0**stops if stops else values[self._inside]
         wanted = replace(self._problem.wanted, values=values)
         solution = solve(replace(self._problem, wanted=wanted))

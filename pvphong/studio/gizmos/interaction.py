@@ -254,6 +254,7 @@ class Interaction:
         self._observe(self._widget, "StartInteractionEvent", Interaction._grabbed)
         self._observe(self._widget, "InteractionEvent", Interaction._dragged)
         self._observe(self._widget, "EndInteractionEvent", Interaction._dropped)
+        self._observe(gizmos.renderer, "StartEvent", Interaction._before_frame, _BEFORE_ALL)
         self._observe(gizmos.renderer, "StartEvent", Interaction.update)
         self._observe(interactor, "LeftButtonPressEvent", Interaction._clicked, _BEFORE_ALL)
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
@@ -434,13 +435,16 @@ class Interaction:
         return True
 
     def _asking(self) -> bool:
-        """Follow the cursor with the button down."""
+        """Draw a frame with the button down; the lights follow in `_before_frame`."""
         if not isinstance(self.edit, Ask):
             return False
-        if self.edit.is_possible:
-            self.edit.move()
-            self.gizmos.interactor.Render()  # as VTK's widgets do; a page draws fewer frames than there are moves
+        self.gizmos.interactor.Render()  # as VTK's widgets do; a page draws fewer frames than there are moves
         return True
+
+    def _before_frame(self) -> None:
+        """Let the lights follow the cursor before a frame, and not at each move: a page sends more moves."""
+        if isinstance(self.edit, Ask) and self.edit.is_possible:
+            self.edit.move()
 
     def _answered(self) -> bool:
         """Handle the release of the button: the drag becomes one step."""
@@ -483,6 +487,8 @@ class Interaction:
 
     def _end(self, *, taken: bool) -> None:
         """End the edit in progress: if `taken`, record it as one undo step, otherwise restore the light."""
+        if taken:
+            self._before_frame()
         edit = self.edit
         self._begin(None)
         if edit is not None and edit.is_possible:

@@ -304,6 +304,23 @@ BAD = [
     ({"vary": 3}, r"vary must be a mapping of lights to fields"),
     ({"target": np.zeros(5)}, r"target must be an array of shape \(\d+,\) or \(\d+, 3\); got an array of shape \(5,\)"),
     ({"target": "wnted"}, r"target must be an array .*; got 'wnted'\. Did you mean 'wanted'"),
+    (
+        {"target": {"wanted": 0.5}},
+        r"target must be .*; got a mapping\. ph\.target\(mesh, \{\.\.\.\}\) makes an array\.",
+    ),
+    (
+        {"target": np.ones(BALL.n_points, bool)},
+        r"got an array of True and False\. np\.where\(mask, 0\.8, np\.nan\) asks for",
+    ),
+    (
+        {"target": np.ones(BALL.n_cells)},
+        r"got an array of shape .* Values of cells become values of points by mesh\.cell_d",
+    ),
+    (
+        {"vary": "sun"},
+        r"vary must be lights with fields, or fields; got the light 'sun' without fields.*\{\"sun\": \"intensity",
+    ),
+    ({"vary": {"sun": "intesity"}}, r"got 'intesity'\. Did you mean 'intensity'\? This DirectionalLight can vary"),
     ({"target": -1.0}, r"target must be numbers >= 0 that are finite; got \[-1\.0\] at point 0"),
     ({"target": np.inf}, r"target must be numbers >= 0 that are finite"),
     ({"target": np.nan}, r"target must be a number or a colour at some points; got NaN everywhere"),
