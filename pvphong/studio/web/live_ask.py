@@ -37,6 +37,7 @@ class LiveAsk:
         if check.flag("on", on) != gizmos.asks:
             gizmos.awaits_click = None
             commands.toggle_asking(gizmos)
+            gizmos.notice = ""  # the page says what to do
 
     def resize(self, given: Any) -> None:
         """Set the radius of the spot, as a number or text, in per cent of the scene's size, from 1 to 100."""

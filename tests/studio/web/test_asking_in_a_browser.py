@@ -87,6 +87,12 @@ def test_checked_lights_alone_follow_and_escape_cancels(asking):
     asking.until(lambda: "spot" in asking.all("notice")[0].text.lower() and asking.state("ask")["spot"] == 25)
 
 
+def test_without_a_light_the_page_says_why_nothing_follows(asking):
+    for light in asking.state("lights"):
+        asking.trigger("edit", light["on"]["key"], False)
+    asking.until(lambda: "switch one on" in asking.all("ask-none")[0].text)
+
+
 def test_the_probe_and_asking_end_each_other(asking):
     asking.trigger("probe", True)
     asking.until(lambda: asking.state("probe")["on"] and not asking.state("ask")["on"])

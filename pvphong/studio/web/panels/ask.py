@@ -40,7 +40,7 @@ def options() -> None:
             v.VTextField(
                 key=("'spot' + refusals",),
                 model_value=("local.spot ?? ask.spot",),
-                label="spot",
+                label="size of the spot",
                 suffix="%",
                 inputmode="decimal",
                 classes="studio-number",
@@ -74,7 +74,7 @@ def options() -> None:
                 **found_by("ask-light", ("light.called + ' follows'",)),
             )
         html.Div(
-            "No light follows: check one.",
+            "No light follows: {{ ask.lights.length ? 'check one.' : 'switch one on.' }}",
             v_if="!ask.lights.some((light) => light.follows)",
             classes="text-body-2 text-warning",
             **found_by("ask-none", status=True),
