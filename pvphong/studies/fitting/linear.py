@@ -144,7 +144,10 @@ class Problem:
         if clamped is None:
             return self.unclamped
         if not self.wanted.is_luminance:
-            return [(n, np.where(clamped[:, c], 0.0, rows)) for c, (n, rows) in enumerate(self.unclamped)]
+            found = [(numbers, rows.copy()) for numbers, rows in self.unclamped]
+            for c, (_, rows) in enumerate(found):
+                rows[:, np.flatnonzero(clamped[:, c])] = 0.0
+            return found
         (numbers, rows), where = self.unclamped[0], np.flatnonzero(clamped.any(axis=1))
         rows = rows.copy()
         weights = np.where(clamped[where], 0.0, LUMINANCE * self.wanted.roots[where])
