@@ -85,6 +85,11 @@ class Gathering:
         last, awaited = self._last, self._awaited
         return 0 if last is None or awaited is None or last.geometry != awaited.geometry else last.bounces
 
+    def transport(self, meshes: Sequence[LitMesh]) -> Transport | None:
+        """Return the transport of light between meshes; None until light has been gathered where they are now."""
+        geometry, last = [(mesh, mesh.geometry()) for mesh in meshes], self._last
+        return last.among if last is not None and last.geometry == geometry else None
+
     def light(
         self, meshes: Sequence[LitMesh], planned: Planned, scene: Scene, samples: int | None, *, held: bool, waits: bool
     ) -> dict[LitMesh, FloatArray] | None:

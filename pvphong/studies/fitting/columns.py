@@ -81,6 +81,8 @@ class Subject:
     given."""
     seen: VisibilityLike | None = None
     """Visibility that the user passed; None to cast rays."""
+    matrix: MatrixLike | None = None
+    """Model matrix."""
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -95,7 +97,11 @@ class Subject:
         tangents = functools.cache(lambda: whole.tangents[rows])
         some = Vertices(whole.points[rows], whole.normals[rows], maps, tangents=tangents, ranges=whole.ranges)
         tracer = None if self.tracer is None else replace(self.tracer, receiver=self.tracer.receiver.some(rows))
-        return Subject(some, self.material, tracer)
+        return Subject(some, self.material, tracer, None, self.matrix)
+
+    def equation(self, scene: Scene) -> Equation:
+        """Return the lighting equation of the surface in a scene."""
+        return self.vertices.equation(scene, self.material, self.matrix)
 
     @functools.cached_property
     def sky(self) -> list[FloatArray]:
@@ -138,8 +144,6 @@ class Columns:
         The surfaces.
     scene : Scene
         The scene, with a viewer.
-    matrix : array_like or None
-        Model matrix of all surfaces.
     transport : Transport or None
         Transport of light between all surfaces, if light bounces.
     backend : {"auto", "numpy", "numba"}
@@ -150,7 +154,6 @@ class Columns:
 
     subjects: Sequence[Subject]
     scene: Scene
-    matrix: MatrixLike | None = None
     transport: Transport | None = None
     backend: Backend = "auto"
     expected: int = 1
@@ -170,12 +173,12 @@ class Columns:
             for each, end in zip(self.subjects, ends.tolist(), strict=True)
         ]
         model = replace(self.scene.light_model, bounces=0)
-        return Columns(parts, replace(self.scene, light_model=model), self.matrix, None, self.backend, self.expected)
+        return Columns(parts, replace(self.scene, light_model=model), None, self.backend, self.expected)
 
     def base(self, varied: Sequence[Variation]) -> Float64Array:
         """Return the colours (n, 3) without the lights that vary; `varied` are these lights."""
         gone = {each.index for each in varied}
-        whole = [each.vertices.equation(self.scene, each.material, self.matrix) for each in self.subjects]
+        whole = [each.equation(self.scene) for each in self.subjects]
         kept = [tuple(term for term in equation.terms if term.index not in gone) for equation in whole]
         equations = [replace(each, terms=terms, clamp=False) for each, terms in zip(whole, kept, strict=True)]
         return self._run(equations, self.seen(self.scene))
@@ -213,7 +216,7 @@ class Columns:
         if equations is None or self.scene.light_model.convention == "vtk":
             # in VTK's convention, the shader depends on all lights
             scene = self._with(index, light)
-            equations = [each.vertices.equation(scene, each.material, self.matrix) for each in self.subjects]
+            equations = [each.equation(scene) for each in self.subjects]
             for number, equation in enumerate(equations):
                 terms = tuple(term for term in equation.terms if term.index == index)
                 occluded = equation.is_occluded and any(any(term.ambient) for term in terms)

@@ -137,6 +137,8 @@ def fit(
     """
     options = Options(weights, max_lights, tolerance, tries, seed)
     setting = Setting(matrix, feature_angle, occluders, visibility, transport, 0.0, backend)
+    if isinstance(target, Mapping):
+        check.refuse("target", "a mapping", "an array, its name or a number", "ph.target(mesh, {...}) makes an array.")
     begun = time.perf_counter()
     part = _Part.of("", mesh, material, setting)
     framed = scene_for(part.source, scene, matrix)
@@ -439,8 +441,8 @@ def _columns(
     for part, each, tracer in zip(parts, vertices, tracers, strict=True):
         given = part.given(setting.visibility)
         seen = None if given is None else checked_visibility("visibility", given, each.points, matrix, scene)
-        subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None))
-    return Columns(subjects, scene, matrix, transport, setting.backend, expected)
+        subjects.append(Subject(each, part.material, tracer, seen if model.needs_rays else None, matrix))
+    return Columns(subjects, scene, transport, setting.backend, expected)
 
 
 def _normals_of(vertices: Vertices) -> FloatArray:

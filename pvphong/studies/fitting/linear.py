@@ -128,30 +128,44 @@ class Problem:
         shown = colors if clamped is None else np.where(clamped, 1.0, colors)
         return wanted.roots * (wanted.reachable - wanted.seen(shown))
 
-    def rows(self, columns: Sequence[Column], clamped: Any) -> Rows:
-        """Return the weighted columns of each compared channel: R, G and B, or the luminance.
-
-        Each entry has the indices of the k columns that change this channel, and their weighted values. The values are
-        contiguous, shape (k, n), and 0 where `clamped`.
-        """
+    @cached_property
+    def unclamped(self) -> Rows:
+        """The weighted columns as rows, if no colour is clamped."""
         roots, found = self.wanted.roots, []
         if self.wanted.is_luminance:
-            weights = LUMINANCE * roots if clamped is None else np.where(clamped, 0.0, LUMINANCE * roots)
-            rows = np.empty((len(columns), len(roots)))
-            for row, (colors, channel) in zip(rows, columns, strict=True):
-                if channel is None:
-                    np.einsum("nc,nc->n", colors, weights, out=row)
-                else:
-                    np.multiply(colors[:, channel], weights[:, channel], out=row)
-            return [(np.arange(len(columns)), rows)]
+            rows = np.empty((len(self.columns), len(roots)))
+            for row, (colors, channel) in zip(rows, self.columns, strict=True):
+                seen = self.wanted.seen(colors)[:, 0] if channel is None else LUMINANCE[channel] * colors[:, channel]
+                np.multiply(seen, roots[:, 0], out=row)
+            return [(np.arange(len(self.columns)), rows)]
         for c in range(3):
-            numbers = np.array([k for k, (_, channel) in enumerate(columns) if channel in (None, c)], np.intp)
-            weights = roots[:, c] if clamped is None else np.where(clamped[:, c], 0.0, roots[:, c])
+            numbers = np.array([k for k, (_, channel) in enumerate(self.columns) if channel in (None, c)], np.intp)
             rows = np.empty((len(numbers), len(roots)))
             for row, k in zip(rows, numbers, strict=True):
-                np.multiply(columns[k].colors[:, c], weights, out=row)
+                np.multiply(self.columns[k].colors[:, c], roots[:, c], out=row)
             found.append((numbers, rows))
         return found
+
+    def rows(self, clamped: Any) -> Rows:
+        """Return the weighted columns as contiguous rows, for each channel that is compared.
+
+        Each entry has the numbers of the columns that count in this channel, and the rows, shape (k, n). Clamped
+        colours do not change, so their columns are 0.
+        """
+        if clamped is None:
+            return self.unclamped
+        if not self.wanted.is_luminance:
+            found = [(numbers, rows.copy()) for numbers, rows in self.unclamped]
+            for c, (_, rows) in enumerate(found):
+                rows[:, np.flatnonzero(clamped[:, c])] = 0.0
+            return found
+        (numbers, rows), where = self.unclamped[0], np.flatnonzero(clamped.any(axis=1))
+        rows = rows.copy()
+        weights = np.where(clamped[where], 0.0, LUMINANCE * self.wanted.roots[where])
+        for row, (colors, channel) in zip(rows, self.columns, strict=True):
+            own = slice(None) if channel is None else slice(channel, channel + 1)
+            row[where] = np.einsum("nc,nc->n", colors[where][:, own], weights[:, own])
+        return [(numbers, rows)]
 
 
 class Solution(NamedTuple):
@@ -223,8 +237,16 @@ def nonnegative(normal: Normal) -> Float64Array:
     return x
 
 
-def solve(problem: Problem) -> Solution:
-    """Return the solution of the convex problem, improved by a descent if colours with a target below 1 are clamped."""
+def solve(problem: Problem, near: Float64Array | None = None) -> Solution:
+    """Solve the problem: the optimum of the convex problem, and a descent if other colours are clamped.
+
+    `near` are the unknowns of a similar problem. If colours clamp, the descent then begins there: this takes fewer
+    steps, and may end in another optimum if the problem is not convex.
+    """
+    if near is not None and problem.wanted.clamps:
+        found = _descent(problem, near, convex=False)
+        is_convex = found.clamped is None or not (found.clamped & ~problem.asks_for_full).any()
+        return found._replace(is_convex=is_convex)
     found = _descent(problem, np.zeros(len(problem.columns)), convex=True)
     if not problem.wanted.clamps:
         return found
@@ -302,7 +324,7 @@ def _at(problem: Problem, x: Float64Array, convex: bool, before: Solution | None
     if before is not None and _are_same(clamped, before.clamped):
         rows, matrix = before.rows, before.normal.matrix
     else:
-        rows, matrix = problem.rows(problem.columns, clamped), None
+        rows, matrix = problem.rows(clamped), None
     normal = normal_equations(rows, residual, len(problem.columns), matrix)
     return Solution(x, float(np.square(residual).sum()), colors, residual, clamped, rows, normal, True)
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +33,8 @@ from pvphong.studies.fitting.linear import Column, Normal, Problem, Rows, Soluti
 from pvphong.studies.fitting.target import Wanted
 from pvphong.studies.fitting.variation import Variation
 
-# Numbers of vertices for the bank, and for descents from starts.
-_OF_BANK, _OF_SEARCH = 400, 2000
+# Numbers of vertices for the bank, for descents from starts, and for a descent before that on all vertices.
+_OF_BANK, _OF_SEARCH, _OF_MOST = 400, 2000, 16000
 # Number of directions in a bank.
 _DIRECTIONS = 128
 # Number of rounds in which lights take turns.
@@ -47,6 +48,10 @@ _EXCHANGES, _PROMISING = 4, 4.0
 PERFECT = 1e-22
 # Relative decreases of the squares by less, twice in a row, end a descent: on a sample, and on all vertices.
 _LITTLE, _NOTHING = 1e-6, 1e-7
+# The same if the target is not nearly met: the squares then say little about the shapes.
+_ROUGH = 1e-4
+# A step that promises a smaller part of such a decrease, or is shorter than this, is not tried.
+_PROMISE, _SHORTEST = 1e-3, 1e-9
 # A difference above this multiple of the median is far off; if fewer than this share of all are, they are left out, at
 # most so many times.
 _FAR_OFF, _FEW, _TRIMS = 6.0, 0.3, 4
@@ -82,17 +87,20 @@ class Search:
         """Return the search on the vertices of `columns`; arguments as for the class."""
         return cls(columns, varied, wanted, columns.base(varied))
 
-    def at(self, lights: Sequence[Light], known: Sequence[Share | None] = ()) -> Point:
+    def at(
+        self, lights: Sequence[Light], known: Sequence[Share | None] = (), near: Float64Array | None = None
+    ) -> Point:
         """Return the point of the search for `lights`.
 
-        `known` has a light's colours if they were evaluated before; None for a light to evaluate.
+        `known` has a light's colours if they were evaluated before; None for a light to evaluate. `near` are the
+        intensities of a similar point; see `solve`.
         """
         known = known or [None] * len(lights)
         shares = tuple(
             self.columns.share(one, light) if share is None else share
             for one, light, share in zip(self.varied, lights, known, strict=True)
         )
-        return Point(tuple(lights), shares, solve(Problem.of(self.base, self.varied, shares, self.wanted)))
+        return Point(tuple(lights), shares, solve(Problem.of(self.base, self.varied, shares, self.wanted), near))
 
     def derivatives(self, point: Point) -> Rows:
         """Return weighted derivatives of the colours by the coordinates of all shapes, at constant intensities.
@@ -114,37 +122,50 @@ class Search:
                 if not jumps:
                     difference -= _colors(one, share, x)
                 found.append(Column(difference / (step * len(sides)), None))
-        return Problem(self.base, found, self.wanted).rows(found, solution.clamped)
+        return Problem(self.base, found, self.wanted).rows(solution.clamped)
+
+    @cached_property
+    def close(self) -> float:
+        """Squared error below which the target is nearly met."""
+        return _CLOSE * float(np.square(self.wanted.roots * self.wanted.values).sum())
 
     def descend(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
         """Descend from `point` by Levenberg-Marquardt steps.
 
         The descent ends after `most` steps, at a squared error of at most `perfect`, or after two steps in a row that
-        each reduce the error by a fraction of at most `little`.
+        each reduce the error by a fraction of at most `little`, or of at most `_ROUGH` if the target is not nearly met.
+        A step that promises far less, or is very short, ends it too.
         """
         if not any(one.count for one in self.varied):
             return point
         damping, stalls = _DAMPING, 0
         for _ in range(most):
-            if point.solution.squares <= perfect:
-                break
-            matrix, right = projected(point.solution, self.derivatives(point))
             before, then = point.solution.squares, None
+            if before <= perfect:
+                break
+            enough = (little if before <= self.close else max(little, _ROUGH)) * before
+            matrix, right = projected(point.solution, self.derivatives(point))
+            growth = 10.0
             while then is None and damping <= _MOST:
                 damped = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12 * np.trace(matrix) + 1e-300))
-                step = np.linalg.lstsq(damped, right, rcond=None)[0]
-                trial = self._stepped(point, np.clip(step, -1.0, 1.0))
+                step = np.clip(np.linalg.lstsq(damped, right, rcond=None)[0], -1.0, 1.0)
+                if step @ (2.0 * right - matrix @ step) <= _PROMISE * enough or np.abs(step).max() < _SHORTEST:
+                    break
+                trial = self._stepped(point, step)
                 if trial.solution.squares < before:
                     then, damping = trial, max(damping * 0.1, _LEAST)
                 else:
-                    damping = max(damping, _LEAST) * 10.0
+                    damping, growth = max(damping, _LEAST) * growth, min(10.0 * growth, 1e3)
             if then is None:
                 break
             point = then
-            stalls = stalls + 1 if before - point.solution.squares <= little * before else 0
+            stalls = stalls + 1 if before - point.solution.squares <= enough else 0
             if stalls == 2:
                 break
-        return point
+        if not self.wanted.clamps:
+            return point
+        afresh = self.at(point.lights, point.shares)
+        return afresh if afresh.solution.squares < point.solution.squares else point
 
     def _stepped(self, point: Point, step: Float64Array) -> Point:
         lights, known, first = [], list[Share | None](), 0
@@ -152,7 +173,7 @@ class Search:
             lights.append(one.moved(light, step[first : first + one.count]))
             known.append(None if one.count else share)
             first += one.count
-        return self.at(lights, known)
+        return self.at(lights, known, point.solution.x)
 
     def settled(self, point: Point, most: int, perfect: float, little: float = _LITTLE) -> Point:
         """Descend from `point`, then try again without the few points that have far larger differences than the rest.
@@ -162,9 +183,8 @@ class Search:
         met. `most`, `perfect` and `little` are those of `descend`.
         """
         point = self.descend(point, most, perfect, little)
-        close = _CLOSE * float(np.square(self.wanted.roots * self.wanted.values).sum())
         for _ in range(_TRIMS):
-            if not perfect < point.solution.squares <= close:
+            if not perfect < point.solution.squares <= self.close:
                 break
             counts = self.wanted.roots > 0.0
             off = np.divide(
@@ -381,14 +401,22 @@ def find(
         return whole, whole.at(lights), False
     random = np.random.default_rng(seed)
     rows = random.permutation(np.flatnonzero(wanted.counts))
-    parts = (np.sort(rows[:count]) for count in (_OF_BANK, _OF_SEARCH))  # `Columns.at` keeps surfaces together
-    few, some = (Search.of(columns.at(part), varied, wanted.at(part)) for part in parts)
+
+    def sample(count: int) -> Search:
+        part = np.sort(rows[:count])  # `Columns.at` keeps surfaces together
+        return Search.of(columns.at(part), varied, wanted.at(part))
+
+    few, some = sample(_OF_BANK), sample(_OF_SEARCH)
     exact = PERFECT * float(np.square(wanted.roots * wanted.values).sum())
     try:
         for point in _sampled(few, some, around, tries, random, max(exact, goal)):
             lights = point.lights
         with text.stage("all vertices", 0.9, 1.0):
-            return whole, whole.settled(whole.at(lights), _LONG, exact, _NOTHING), False
+            if point.solution.squares > exact and len(rows) > 2 * _OF_MOST:
+                more = sample(_OF_MOST)
+                point = more.settled(more.at(lights, near=point.solution.x), _LONG, exact)
+                lights = point.lights
+            return whole, whole.settled(whole.at(lights, near=point.solution.x), _LONG, exact, _NOTHING), False
     except KeyboardInterrupt:
         return whole, whole.at(lights), True
 

@@ -23,19 +23,20 @@ LUMINANCE = XYZ_OF_RGB[1]
 """Luminance of red, green and blue."""
 
 
-def target(mesh: Any, levels: Mapping[Any, Any]) -> Any:
+def target(mesh: Any, levels: Mapping[Any, Any] | Sequence[tuple[Any, Any]]) -> Any:
     """Make a target for `mesh.phong.fit` from selections of points and the level that each should have.
 
     Parameters
     ----------
     mesh : pyvista.DataSet or pyvista.MultiBlock
         The mesh; it is not modified.
-    levels : mapping
-        Selection → level; later entries replace earlier ones where they overlap. A selection is the name of a point
-        array, which selects the points where it is not 0; the name of a block of a MultiBlock, or the path of a nested
-        block, as in "car/wheel"; a box, the tuple (x_min, x_max, y_min, y_max, z_min, z_max); or a picked point with a
-        radius, ((x, y, z), radius), in the mesh's unit. A level is a luminance (1 for white), a colour, or None for
-        "any colour".
+    levels : mapping or sequence of pairs
+        Selection → level, or pairs (selection, level); later entries replace earlier ones where they overlap. A
+        selection is the name of a point array, which selects the points where it is not 0; the name of a block of a
+        MultiBlock, or the path of a nested block, as in "car/wheel"; a box, the tuple (x_min, x_max, y_min, y_max,
+        z_min, z_max); or a picked point with a radius, ((x, y, z), radius), in the mesh's unit. In pairs, the point may
+        be an array, and a selection may also be a mask of the points of a dataset. A level is a luminance (1 for
+        white), a colour, or None for "any colour".
 
     Returns
     -------
@@ -56,28 +57,46 @@ def target(mesh: Any, levels: Mapping[Any, Any]) -> Any:
     >>> wanted = ph.target(ball, {"top": 0.9, ((0.0, 0.0, -0.5), 0.1): 0.1})
     >>> wanted.shape, float(wanted[0]), float(wanted[1]), int(np.isnan(wanted).sum())
     ((842,), 0.9, 0.1, 660)
+    >>> picked = ball.points[1]  # as plotter.picked_point
+    >>> int(np.isfinite(ph.target(ball, [((picked, 0.1), 0.5), (ball.points[:, 0] > 0.4, 0.8)])).sum())
+    91
     """
     if not isinstance(mesh, pv.DataSet | pv.MultiBlock):
         check.refuse("mesh", type(mesh).__name__, "a pyvista.DataSet or a pyvista.MultiBlock")
-    if not isinstance(levels, Mapping) or not levels:
-        check.refuse("levels", levels, 'a mapping of selections to levels, as in {"name": 0.8}')
+    is_mapping = isinstance(levels, Mapping)
+    pairs: Any = list(levels.items()) if isinstance(levels, Mapping) else levels
+    if not isinstance(pairs, list | tuple) or not pairs or not all(isinstance(p, tuple) and len(p) == 2 for p in pairs):
+        allowed = 'a mapping of selections to levels, as in {"name": 0.8}, or a list of such pairs'
+        check.refuse("levels", levels, allowed)
     parts = dict(datasets(mesh)) if isinstance(mesh, pv.MultiBlock) else {"": mesh}
-    colors = {key: None if level is None else check.color(f"levels[{key!r}]", level) for key, level in levels.items()}
-    has_colors = any(isinstance(color, tuple) for color in colors.values())
+    names = [f"levels[{key!r}]" if is_mapping else f"levels[{number}]" for number, (key, _) in enumerate(pairs)]
+    colors = [
+        None if level is None else check.color(name, level) for name, (_, level) in zip(names, pairs, strict=True)
+    ]
+    has_colors = any(isinstance(color, tuple) for color in colors)
     found = {path: np.full((part.n_points, 3) if has_colors else part.n_points, np.nan) for path, part in parts.items()}
-    for key, color in colors.items():
+    for name, (key, _), color in zip(names, pairs, colors, strict=True):
         selected = {path: _selected(path, part, key) for path, part in parts.items()}
         masks = {path: mask for path, mask in selected.items() if mask is not None}
-        name = f"levels[{key!r}]"
         if not masks:
             known = sorted({*filter(None, parts), *(each for part in parts.values() for each in part.point_data)})
             remedy = check.meant(key, known) or f"The names are {', '.join(known) or 'none'}."
-            check.refuse("levels", f"a key {key!r}", f"a mapping whose keys are {_SELECTIONS}", remedy)
+            got = f"an array of shape {key.shape}" if isinstance(key, np.ndarray) else repr(key)
+            check.refuse("levels", f"a selection {got}", f"selections and levels; a selection is {_SELECTIONS}", remedy)
         if not any(mask.any() for mask in masks.values()):
-            check.refuse(name, "a selection without points", "for at least one point", "Enlarge the selection.")
+            check.refuse(name, "a selection without points", "a level for at least one point", _enlarged(mesh, key))
         for path, mask in masks.items():
             found[path][mask] = np.nan if color is None else color
     return found if isinstance(mesh, pv.MultiBlock) else found[""]
+
+
+def _enlarged(mesh: Any, key: Any) -> str:
+    """Return the remedy for a selection that contains no point."""
+    if isinstance(key, str | np.ndarray):
+        return "It is 0 everywhere."
+    if len(key) == 6 and any(low > high for low, high in zip(key[::2], key[1::2], strict=True)):
+        return "The order of a box is x_min, x_max, y_min, y_max, z_min, z_max."
+    return f"The points are in the box {', '.join(f'{bound:.6g}' for bound in mesh.bounds)}."
 
 
 def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:
@@ -94,6 +113,8 @@ def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:
         if values.ndim != 1 or values.dtype.kind not in "fiub":
             check.refuse(f"levels[{key!r}]", f"an array of shape {values.shape}", "the name of an array of numbers")
         return np.asarray((values != 0) & (values == values), bool)  # NaN differs from itself
+    if isinstance(key, np.ndarray) and key.dtype.kind == "b":
+        return key if not path and key.shape == (mesh.n_points,) else None
     points = np.asarray(mesh.points, np.float64)
     if isinstance(key, Sequence) and len(key) == 6:
         box = np.array(check.numbers_in("levels", key, 6))
@@ -141,9 +162,10 @@ class Wanted:
 
     def seen(self, colors: Float64Array) -> Float64Array:
         """Return what is compared with the target: `colors` itself, shape (n, 3), or its luminances, shape (n, 1)."""
-        return (colors * LUMINANCE).sum(axis=1, keepdims=True) if self.is_luminance else colors
+        return np.einsum("nc,c->n", colors, LUMINANCE)[:, None] if self.is_luminance else colors
 
 
+_TO_POINTS = "Values of cells become values of points by mesh.cell_data_to_point_data()."
 _TARGET = "an array with a luminance or a colour for each point, the name of such a point array, or a number"
 
 
@@ -161,8 +183,11 @@ def checked_target(given: Any, mesh: pv.DataSet) -> Float64Array:
         names = list(mesh.point_data.keys())
         if given not in names:
             remedy = check.meant(given, names) or f"The point arrays are {', '.join(names) or 'none'}."
-            check.refuse("target", repr(given), _TARGET, remedy)
+            check.refuse("target", repr(given), _TARGET, _TO_POINTS if given in mesh.cell_data else remedy)
         given = mesh.point_data[given]
+    if isinstance(given, np.ndarray) and given.dtype.kind == "b":
+        remedy = "np.where(mask, 0.8, np.nan) asks for 0.8 at the points of the mask."
+        check.refuse("target", "an array of True and False", _TARGET, remedy)
     rows = check.real_array("target", given, _TARGET)
     if not rows.ndim:
         rows = np.full(mesh.n_points, rows)
@@ -170,7 +195,8 @@ def checked_target(given: Any, mesh: pv.DataSet) -> Float64Array:
         check.refuse("target", "an array of uint8", "an array of floats, where 1 is white", "Divide it by 255.")
     if rows.shape not in ((mesh.n_points,), (mesh.n_points, 1), (mesh.n_points, 3)):
         allowed = f"an array of shape ({mesh.n_points},) or ({mesh.n_points}, 3)"
-        check.refuse("target", f"an array of shape {rows.shape}", allowed, "ph.target(mesh, {...}) makes one.")
+        remedy = _TO_POINTS if len(rows) == mesh.n_cells else "ph.target(mesh, {...}) makes one."
+        check.refuse("target", f"an array of shape {rows.shape}", allowed, remedy)
     values = rows.astype(np.float64).reshape(mesh.n_points, -1)
     is_bad = np.isinf(values) | (values < 0.0)
     if is_bad.any():

@@ -302,6 +302,10 @@ def variations(scene: Scene, vary: Any, around: Sphere) -> list[Variation]:
     if not lights:
         check.refuse("scene", "a scene without lights", "a scene with a light to vary")
     if isinstance(vary, str | list | tuple):
+        bare = next((word for word in _words("", vary) if word in labels), None)
+        if bare is not None:
+            remedy = f'Name the fields too, as in {{"{bare}": "intensity"}}.'
+            check.refuse("vary", f"the light {bare!r} without fields", "lights with fields, or fields", remedy)
         vary = {label: vary for label, light in zip(labels, lights, strict=True) if light.on}
     allowed = 'a mapping of lights to fields, as in {"key": "intensity direction"}, or the fields of all lights'
     if not isinstance(vary, Mapping) or not vary:
@@ -319,9 +323,10 @@ def variations(scene: Scene, vary: Any, around: Sphere) -> list[Variation]:
 
 
 def _words(label: str, given: Any) -> list[str]:
+    """Return the names of fields in a text or a sequence of texts; `label` is the light's, or "" for all lights."""
     words = given.replace(",", " ").split() if isinstance(given, str) else given
     if not isinstance(words, Sequence) or not words or not all(isinstance(word, str) for word in words):
-        check.refuse(f"vary[{label!r}]", given, 'names of fields, as in "intensity direction"')
+        check.refuse(f"vary[{label!r}]" if label else "vary", given, 'names of fields, as in "intensity direction"')
     return list(words)
 
 
@@ -338,7 +343,7 @@ def _variation(index: int, label: str, light: Light, words: list[str], around: S
     for word in words:
         if word not in fields:
             kind = "A headlight" if light.frame == "headlight" else f"This {type(light).__name__}"
-            remedy = f"{kind} can vary {', '.join(fields)}."
+            remedy = f"{check.meant(word, fields)} {kind} can vary {', '.join(fields)}.".lstrip()
             check.refuse(name, repr(word), "fields of the light that can vary", remedy)
     linear = tuple(field for field in ("intensity", *_COLORS) if field in words)
     found = Variation(index, label, light, linear, {field: known[field] for field in known if field in words})

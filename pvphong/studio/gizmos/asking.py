@@ -1,7 +1,7 @@
 """Ask for light: the user drags a spot of a surface brighter or darker, and the intensities of lights follow.
 
 The intensities are the least-squares solution of `pvphong.studies.fitting` for a target: what is asked for on the spot,
-and what is seen now everywhere else. The spot weighs more.
+and what is seen now everywhere else. The spot weighs more. Light that bounces between the meshes counts as it is shown.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pvphong.studies.fitting.columns import Columns, Subject, point_areas
 from pvphong.studies.fitting.linear import Column, Problem, refuse_without_scipy, solve
 from pvphong.studies.fitting.target import Wanted
 from pvphong.studies.fitting.variation import Variation
-from pvphong.studio.gizmos.gizmo import Gizmos, called
+from pvphong.studio.gizmos.gizmo import Gizmo, Gizmos, called
 from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.window_lights import RendererLight
 
@@ -46,7 +46,7 @@ class Ask:
     Parameters
     ----------
     gizmos : Gizmos
-        The gizmos of the subplot. The selected light follows; without a selection, all lights that are on.
+        The gizmos of the subplot; see `following` for the lights that follow.
     spot : SurfacePoint
         The middle of the spot.
     radius : float
@@ -55,7 +55,7 @@ class Ask:
     Raises
     ------
     ValueError
-        If SciPy is missing, or no light can follow.
+        If SciPy is missing, no light can follow, or the colours that are shown are not those of the lights.
     """
 
     def __init__(self, gizmos: Gizmos, spot: SurfacePoint, radius: float) -> None:
@@ -64,7 +64,9 @@ class Ask:
         self._start = gizmos.cursor[1]
         self._followers = _followers(gizmos)
         if not self._followers:
-            raise ValueError("no light follows: switch one on, or select one that is on")
+            raise ValueError("no light follows: switch one on, or choose one that is on")
+        if gizmos.lit.is_mixed:
+            raise ValueError("the mix is shown, not the lights: keep or end it, then ask")
         base, columns, areas, points = _lit(gizmos, [each.variation for each in self._followers])
         inside = np.maximum(1.0 - np.square(points - spot.point).sum(axis=1) / (radius * radius), 0.0) * (areas > 0.0)
         if not inside.any():  # the triangles are larger than the spot
@@ -76,7 +78,7 @@ class Ask:
         self._problem = Problem(base, columns, wanted)
         x = np.array([each.variation.light.intensity for each in self._followers])
         self._seen = wanted.seen(self._problem.colors(x))
-        self._share = own / (own.sum() or 1.0)
+        self._share = (own / (own.sum() or 1.0))[self._inside]
         self.readout = ""
         self.ask(0.0)
 
@@ -92,16 +94,21 @@ class Ask:
             each.renderer_light.restore(each.state)
 
     def move(self) -> None:
-        """Set the intensities that belong to the cursor's position: up is brighter."""
-        self.ask((self.gizmos.cursor[1] - self._start) / PIXELS_PER_STOP)
+        """Set the intensities that belong to the cursor's position, if it has moved: up is brighter."""
+        stops = (self.gizmos.cursor[1] - self._start) / PIXELS_PER_STOP
+        if stops != self._stops:
+            self.ask(stops)
 
     def ask(self, stops: float) -> None:
         """Ask for 2 to the power of `stops` times the luminance that the spot had at the start."""
-        values = self._seen.copy()
+        self._stops, values = stops, self._seen.copy()
         values[self._inside] = np.maximum(values[self._inside], _BLACK) * 2.0**stops if stops else values[self._inside]
         wanted = replace(self._problem.wanted, values=values)
         solution = solve(replace(self._problem, wanted=wanted))
-        asked, given = (float(self._share @ each[:, 0]) for each in (values, wanted.seen(solution.colors)))
+        asked, given = (
+            float(self._share @ each[:, 0])
+            for each in (values[self._inside], wanted.seen(solution.colors[self._inside]))
+        )
         lines = [f"{stops:+.2f} stops: luminance {given:.3g}, asked for {asked:.3g}"]
         viewer = self.gizmos.lights.viewer
         for each, intensity in zip(self._followers, solution.x.tolist(), strict=True):
@@ -116,40 +123,47 @@ class Ask:
         self.readout = "\n".join(lines)
 
 
+def following(gizmos: Gizmos) -> list[Gizmo]:
+    """Return the lights that follow, if they are on: those of `gizmos.followers`, or else the selected one, or all."""
+    chosen = gizmos.selected
+    if gizmos.followers is not None:
+        wanted = [gizmo for gizmo in gizmos.all if gizmo.renderer_light in gizmos.followers]
+    else:
+        wanted = [chosen] if chosen is not None and chosen.light.on else list(gizmos.all)
+    return [gizmo for gizmo in wanted if gizmo.light.on]
+
+
 def _followers(gizmos: Gizmos) -> list[Follower]:
-    """Return the lights that follow: the selected one if it is on, or else all that are on."""
-    viewer, chosen = gizmos.lights.viewer, gizmos.selected
-    wanted = [chosen] if chosen is not None and chosen.light.on else list(gizmos.all)
-    present = list(gizmos.lights.renderer_lights)
-    labels = light_labels(gizmos.lit.scene)
-    found = []
-    for gizmo in wanted:
+    viewer, present = gizmos.lights.viewer, list(gizmos.lights.renderer_lights)
+    labels, found = light_labels(gizmos.lit.scene), []
+    for gizmo in following(gizmos):
         each = gizmo.renderer_light
-        light = each.light(viewer)
-        if light.on:
-            index = present.index(each)
-            found.append(Follower(each, Variation(index, labels[index], light, ("intensity",), {}), each.state))
+        index = present.index(each)
+        varied = Variation(index, labels[index], each.light(viewer), ("intensity",), {})
+        found.append(Follower(each, varied, each.state))
     return found
 
 
 def _lit(gizmos: Gizmos, varied: list[Variation]) -> tuple[Float64Array, list[Column], Float64Array, Float64Array]:
-    """Return the colours of all visible meshes without some lights, columns of these lights, areas and world points."""
-    scene = gizmos.lit.scene
-    direct = replace(scene, light_model=replace(scene.light_model, bounces=0))
-    bases, areas, points = list[Float64Array](), list[Float64Array](), list[Float64Array]()
-    shares: list[list[Float64Array]] = [[] for _ in varied]
-    for mesh, vertices in gizmos.lit.vertices():
-        if vertices.equation(direct, mesh.material, mesh.matrix).gamma != 1.0:
+    """Return the colours of all visible meshes without some lights, columns of these lights, areas and world points.
+
+    All include the light that bounces between the meshes.
+    """
+    scene, lit = gizmos.lit.scene, gizmos.lit.vertices()
+    subjects, areas, points = list[Subject](), list[Float64Array](), list[Float64Array]()
+    for mesh, vertices in lit:
+        subject = Subject(vertices, mesh.material, None, vertices.visibility, mesh.matrix)
+        if subject.equation(scene).gamma != 1.0:
             raise ValueError("light does not add up in VTK's convention of PBR: ask for it with LightModel()")
-        subject = Subject(vertices, mesh.material, None, vertices.visibility)
-        columns = Columns([subject], direct, mesh.matrix, None, "auto", len(varied))
-        bases.append(columns.base(varied))
-        for one, found in zip(varied, shares, strict=True):
-            found.append(columns.share(one, one.light).columns[0])
+        subjects.append(subject)
         areas.append(point_areas(mesh.drawn, mesh.matrix))
         world = vertices.points if mesh.matrix is None else transform_points(vertices.points, mesh.matrix)
         finite: Any = np.isfinite(world).all(axis=1, keepdims=True)
         areas[-1] *= finite[:, 0]
         points.append(np.where(finite, world, 0.0))
-    joined = [Column(np.concatenate(found), None) for found in shares]
-    return np.concatenate(bases), joined, np.concatenate(areas), np.concatenate(points)
+    transport = gizmos.lit.gathering.transport([mesh for mesh, _ in lit]) if scene.light_model.bounces else None
+    if scene.light_model.bounces and transport is None:
+        raise ValueError("bounced light is still being computed: ask again when it is shown")
+    columns = Columns(subjects, scene, transport, "auto", len(varied))
+    shares = [Column(columns.share(one, one.light).columns[0], None) for one in varied]
+    return columns.base(varied), shares, np.concatenate(areas), np.concatenate(points)

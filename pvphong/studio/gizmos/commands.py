@@ -47,9 +47,9 @@ def toggle_hidden(gizmos: Gizmos) -> None:
 
 def toggle_asking(gizmos: Gizmos) -> None:
     """Switch the meaning of a drag on a mesh: it asks for more or less light on a spot, or turns the view."""
-    gizmos.asks, gizmos.spot = not gizmos.asks, None
+    gizmos.asks, gizmos.spot, gizmos.followers = not gizmos.asks, None, None
     follow = "the selected light follows" if gizmos.selected else "all lights follow; n selects one"
-    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size. {follow}"
+    asking = f"ask: drag a spot of a mesh up for brighter, down for darker; wheel: its size; Esc: end. {follow}"
     gizmos.notice = asking if gizmos.asks else "drags turn the view"
 
 

@@ -27,6 +27,7 @@ HIGHLIGHT = "highlight"
 _HINT = "h: keys"
 SPOT_SIZE = 0.15
 """Initial radius of a spot for which a drag asks for light, as a fraction of the scene's size."""
+_SMALLEST = 0.01  # radius of the smallest spot
 
 Keys = Mapping[str, tuple[str, Callable[[], str | None]]]
 """Key → help text and function; the window shows the text that the function returns."""
@@ -184,6 +185,8 @@ class Gizmos:
         """True if a drag on a mesh asks for more or less light there."""
         self.spot_size = SPOT_SIZE
         """Radius of the spot that is asked for, as a fraction of the scene's size."""
+        self.followers: list[RendererLight] | None = None
+        """Lights that follow what is asked for; None for the selected light, or all if none is selected."""
         self.spot: tuple[SurfacePoint, float] | None = None
         """The spot that was asked for last, and its radius."""
         self.more: list[Callable[[Drawing], None]] = []
@@ -215,6 +218,12 @@ class Gizmos:
     def add(self, light: Light) -> None:
         """Add a light to the renderer, give it a gizmo, and select the gizmo."""
         self.select(self.of(self.lights.add(light)))
+
+    def resize_spot(self, size: float) -> None:
+        """Set the radius of the spot that is asked for, as a fraction of the scene's size, from 0.01 to 1."""
+        self.spot_size = min(max(size, _SMALLEST), 1.0)
+        if self.spot is not None:
+            self.spot = self.spot[0], self.spot_size * self.scenery.size
 
     def of(self, renderer_light: RendererLight) -> Gizmo:
         """Return the gizmo of a light. If there is none yet, create it."""

@@ -210,8 +210,8 @@ def typed_light(shown: LightInScene, handle: str, text: str) -> Light:
 
 _BEFORE_ALL, _BEFORE_WIDGET = 2.0, 1.0  # priorities; the widget has 0.5, PyVista and the interactor style 0
 
-# Factor by which a step of the wheel makes a spot larger, and the smallest spot, as a fraction of the scene's size.
-_WIDER, _SMALLEST = 1.25, 0.01
+# Factor by which a step of the wheel makes a spot larger.
+_WIDER = 1.25
 
 TOLERANCE = 12
 """Largest distance from the cursor at which a handle is grabbed, in pixels of a screen of usual resolution: about twice
@@ -257,6 +257,7 @@ class Interaction:
         self._observe(self._widget, "StartInteractionEvent", Interaction._grabbed)
         self._observe(self._widget, "InteractionEvent", Interaction._dragged)
         self._observe(self._widget, "EndInteractionEvent", Interaction._dropped)
+        self._observe(gizmos.renderer, "StartEvent", Interaction._before_frame, _BEFORE_ALL)
         self._observe(gizmos.renderer, "StartEvent", Interaction.update)
         self._observe(interactor, "LeftButtonPressEvent", Interaction._clicked, _BEFORE_ALL)
         self._observe(interactor, "KeyPressEvent", Interaction._key_pressed, _BEFORE_ALL)
@@ -441,13 +442,16 @@ class Interaction:
         return True
 
     def _asking(self) -> bool:
-        """Change the requested light as the cursor moves with the button down. Return False if no spot is dragged."""
+        """Draw a frame with the button down, before which the lights follow. Return False if no spot is dragged."""
         if not isinstance(self.edit, Ask):
             return False
-        if self.edit.is_possible:
-            self.edit.move()
-            self.gizmos.render()
+        self.gizmos.interactor.Render()  # as VTK's widgets do; a page draws fewer frames than there are moves
         return True
+
+    def _before_frame(self) -> None:
+        """Let the lights follow the cursor before a frame, and not at each move: a page sends more moves."""
+        if isinstance(self.edit, Ask) and self.edit.is_possible:
+            self.edit.move()
 
     def _answered(self) -> bool:
         """End the drag of a spot at the release of the button, as one undo step. Return False if no spot is dragged."""
@@ -465,9 +469,7 @@ class Interaction:
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at:
             return False
-        gizmos.spot_size = min(max(gizmos.spot_size * factor, _SMALLEST), 1.0)
-        if gizmos.spot is not None:
-            gizmos.spot = gizmos.spot[0], gizmos.spot_size * gizmos.scenery.size
+        gizmos.resize_spot(gizmos.spot_size * factor)
         gizmos.notice = f"spot: {gizmos.spot_size:.2g} of the scene's size"
         gizmos.render()
         return True
@@ -495,6 +497,8 @@ class Interaction:
 
     def _end(self, *, taken: bool) -> None:
         """End the edit in progress. If `taken`, record it as one undo step; otherwise restore the light."""
+        if taken:
+            self._before_frame()
         edit = self.edit
         self._begin(None)
         if edit is not None and edit.is_possible:
@@ -530,6 +534,9 @@ class Interaction:
                 self.give_up()
         elif key == "Escape" and gizmos.awaits_click is not None:
             gizmos.awaits_click, gizmos.notice = None, ""
+            gizmos.render()
+        elif key == "Escape" and gizmos.asks:
+            commands.toggle_asking(gizmos)
             gizmos.render()
         elif gizmos.is_pointed_at and not isinstance(gizmos.history.running, Interaction):  # no edit in another subplot
             control, gizmo = bool(gizmos.interactor.GetControlKey()), gizmos.selected

@@ -18,8 +18,9 @@ Read in this order:
 7. `exactness`: how exact the picture is, in words. `report`: the accuracy report, measured in a separate process.
 8. `cameras`: views from the front, the top and so on. `framing`: the camera's angle in a narrow view.
    `thumbnails`: spheres that show materials and reflectances. `live_histogram`: counts of the picture's luminance.
-   `live_probe`: lit values under the cursor, and pins. `hurry`: coarse pictures of large meshes while something moves.
-   `snapshots`: kept states with their pictures. `instruments`: these four together.
+   `live_probe`: lit values under the cursor, and pins. `live_ask`: a spot dragged brighter or darker. `hurry`: coarse
+   pictures of large meshes while something moves. `snapshots`: kept states with their pictures. `instruments`: these
+   five together.
 9. `studio`: combines all of these, and has the server.
 10. `serving`: runs the studio in its own event loop, or in a notebook's.
 

@@ -48,7 +48,8 @@ class Hurry:
                 alive.begin()
 
         def before_frame(_renderer: Any, _event: str) -> None:
-            if subplot.lit.uses_preview_rays and (alive := hurry()) is not None:
+            edit = None if subplot.interaction is None else subplot.interaction.edit
+            if (subplot.lit.uses_preview_rays or isinstance(edit, Ask)) and (alive := hurry()) is not None:
                 alive.begin()
 
         style = subplot.interaction.gizmos.interactor.GetInteractorStyle()
@@ -58,8 +59,8 @@ class Hurry:
     def begin(self) -> None:
         """Draw coarsely until nothing has changed for a moment."""
         edit = None if self._subplot.interaction is None else self._subplot.interaction.edit
-        on_faces = isinstance(edit, Ask) or (edit is not None and edit.handle == HIGHLIGHT)  # the mesh's own are needed
-        self.pictures.are_wanted = not on_faces
+        needs_faces = edit is not None and not isinstance(edit, Ask) and edit.handle == HIGHLIGHT  # the mesh's own
+        self.pictures.are_wanted = not needs_faces
         self._later(_CALM_AFTER, self._calm)
 
     def _calm(self) -> None:

@@ -1,4 +1,4 @@
-"""Measurement and comparison of a studio's view: histogram, probe and snapshots; and coarse pictures."""
+"""Tools of a studio's view: histogram, probe, snapshots and *Ask*; and how the view is drawn for them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from pvphong.studio.gizmos.view import USUAL_DPI
 from pvphong.studio.subplot import Subplot
 from pvphong.studio.web.document import Document
 from pvphong.studio.web.hurry import TRIGGERS, Hurry
+from pvphong.studio.web.live_ask import LiveAsk
 from pvphong.studio.web.live_histogram import LiveHistogram
 from pvphong.studio.web.live_probe import LiveProbe
 from pvphong.studio.web.snapshots import Snapshots, pictures
 
 
 class Instruments:
-    """Histogram, probe, snapshots and coarse pictures of a studio's view.
+    """Histogram, probe, snapshots, *Ask* and coarse pictures of a studio's view.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ class Instruments:
     ) -> None:
         self.histogram, self.hurry = LiveHistogram(subplot), Hurry(subplot, later, draw)
         self.snapshots = Snapshots(document, subplot)
-        self.probe = LiveProbe(subplot, document.mesh_name, say)
+        self.probe, self.ask = LiveProbe(subplot, document.mesh_name, say), LiveAsk(document)
         self._subplot, self._later, self._draw, self._put = subplot, later, draw, put
         self._is_due = False
         self._dpi = subplot.renderer.GetRenderWindow().GetDPI()
@@ -64,9 +65,24 @@ class Instruments:
             "restore_snapshot": self.snapshots.restore,
             "look_from_snapshot": self.snapshots.look_from,
             "forget_snapshot": self.snapshots.forget,
-            "probe": self.probe.switch,
+            "probe": self._probe,
+            "ask": self._ask,
+            "ask_spot": self.ask.resize,
+            "ask_light": self.ask.follow,
             "unpin": self.probe.unpin,
         }
+
+    def _probe(self, on: Any) -> None:
+        """Switch the probe. It and asking use the same clicks, so one ends the other."""
+        self.probe.switch(on)
+        if on:
+            self.ask.switch(False)
+
+    def _ask(self, on: Any) -> None:
+        """Switch asking."""
+        self.ask.switch(on)
+        if on:
+            self.probe.switch(False)
 
     def _keep(self, *given: Any) -> Any:
         """Store a snapshot in which all triangles are drawn, even right after an edit.
@@ -78,7 +94,7 @@ class Instruments:
 
     def shown(self) -> dict[str, Any]:
         """Return the part of the page's state that changes with a frame."""
-        return {"probe": self.probe.shown(), "snapshots": self.snapshots.shown()}
+        return {"probe": self.probe.shown(), "ask": self.ask.shown(), "snapshots": self.snapshots.shown()}
 
     def triggered(self, name: str) -> None:
         """Draw large meshes coarsely if the trigger `name` changes the picture."""

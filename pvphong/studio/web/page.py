@@ -15,6 +15,7 @@ from trame.widgets import vuetify3 as v
 from pvphong.studio.web.inputs import CALLS, DEFAULTS, FINE, form, found_by, icon_button
 from pvphong.studio.web.panels import dropping, help
 from pvphong.studio.web.panels.accuracy import advanced
+from pvphong.studio.web.panels.ask import STYLE as ASK_STYLE
 from pvphong.studio.web.panels.camera import camera
 from pvphong.studio.web.panels.compare import OWN as COMPARE_OWN
 from pvphong.studio.web.panels.compare import STYLE as COMPARE_STYLE
@@ -170,7 +171,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
     )
     server.state.update({"seconds": 20, "width": 1920, "height": 1080, "turntable_pictures": 36})
     with VAppLayout(server, vuetify_config={"defaults": DEFAULTS}, theme=("theme",)):
-        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE + dropping.STYLE)
+        client.Style(_STYLE + HISTOGRAM_STYLE + PROBE_STYLE + COMPARE_STYLE + ASK_STYLE + dropping.STYLE)
         client.Script(_KEYS + _STEPS + _JUMPS + FINE + _ALT + _ZOOM + dropping.SCRIPT + help.SCRIPT)
         with v.VAppBar(density="compact", flat=True, border=True):
             with v.VAppBarTitle():
@@ -217,7 +218,7 @@ def build(server: Any, plotter: Any, kinds: Mapping[str, str]) -> Any:
             v.VMain(style="height: 100dvh"),
             html.Div(style="position: relative; height: 100%"),
             html.Div(
-                classes=("'studio-view' + (aiming ? ' studio-aiming' : '')",),
+                classes=("'studio-view' + (aiming || ask.on ? ' studio-aiming' : '')",),
                 raw_attrs=[
                     *found_by("view", "View of the model with gizmos; press h for the keys")["raw_attrs"],
                     _TEXT,

@@ -8,6 +8,8 @@ import pyvista as pv
 from scipy.optimize import nnls
 
 import pvphong as ph
+from pvphong.studies.fitting import linear
+from pvphong.studies.fitting.target import Wanted
 
 BALL = pv.Sphere(theta_resolution=24, phi_resolution=24)
 VIEWER = ph.Viewer(position=(0, -3, 1))
@@ -304,6 +306,23 @@ BAD = [
     ({"vary": 3}, r"vary must be a mapping of lights to fields"),
     ({"target": np.zeros(5)}, r"target must be an array of shape \(\d+,\) or \(\d+, 3\); got an array of shape \(5,\)"),
     ({"target": "wnted"}, r"target must be an array .*; got 'wnted'\. Did you mean 'wanted'"),
+    (
+        {"target": {"wanted": 0.5}},
+        r"target must be .*; got a mapping\. ph\.target\(mesh, \{\.\.\.\}\) makes an array\.",
+    ),
+    (
+        {"target": np.ones(BALL.n_points, bool)},
+        r"got an array of True and False\. np\.where\(mask, 0\.8, np\.nan\) asks for",
+    ),
+    (
+        {"target": np.ones(BALL.n_cells)},
+        r"got an array of shape .* Values of cells become values of points by mesh\.cell_d",
+    ),
+    (
+        {"vary": "sun"},
+        r"vary must be lights with fields, or fields; got the light 'sun' without fields.*\{\"sun\": \"intensity",
+    ),
+    ({"vary": {"sun": "intesity"}}, r"got 'intesity'\. Did you mean 'intensity'\? This DirectionalLight can vary"),
     ({"target": -1.0}, r"target must be numbers >= 0 that are finite; got \[-1\.0\] at point 0"),
     ({"target": np.inf}, r"target must be numbers >= 0 that are finite"),
     ({"target": np.nan}, r"target must be a number or a colour at some points; got NaN everywhere"),
@@ -441,3 +460,33 @@ def test_more_than_white_asks_for_white_where_colours_are_clamped():
     bright = np.where(BALL.points[:, 2] > 0.3, 1.5, np.nan)
     fit = BALL.phong.fit(scene_of(SUN, SKY, model=ph.LightModel()), MATTE, bright, "intensity")
     assert np.nanmax(np.abs(fit.differences)) == pytest.approx(fit.error.largest)
+
+
+def random_problem(channels, *, level=1.6):
+    """Return a problem of four unknowns, one of them green, whose colours clamp at some of 60 points."""
+    random = np.random.default_rng(7)
+    columns = [linear.Column(random.uniform(0.0, 1.0, (60, 3)), channel) for channel in (None, None, 1, None)]
+    values, roots = random.uniform(0.2, level, (60, channels)), random.uniform(0.5, 1.0, (60, channels))
+    return linear.Problem(random.uniform(0.0, 0.2, (60, 3)), columns, Wanted(values, roots, clamps=True))
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_rows_of_clamped_colours_are_derivatives_of_the_residual(channels):
+    problem, x = random_problem(channels), np.array([0.5, 0.3, 0.4, 0.2])
+    clamped = problem.clamped(problem.colors(x), convex=False)
+    assert 10 < clamped.sum() < 120
+    found = np.zeros((4, 60, channels))
+    for c, (numbers, rows) in enumerate(problem.rows(clamped)):
+        found[numbers, :, c] = rows
+    for k in range(4):
+        step = 1e-6 * (np.arange(4) == k)
+        sides = [problem.residual(problem.colors(x + sign * step), clamped) for sign in (1.0, -1.0)]
+        np.testing.assert_allclose(found[k], (sides[1] - sides[0]) / 2e-6, atol=1e-8)
+
+
+def test_a_start_nearby_changes_no_solution_of_a_convex_problem():
+    problem = random_problem(3, level=0.7)
+    cold, warm = linear.solve(problem), linear.solve(problem, np.array([0.1, 0.6, 0.0, 0.2]))
+    assert cold.is_convex
+    assert warm.is_convex
+    np.testing.assert_allclose(warm.x, cold.x, atol=1e-10)

@@ -21,6 +21,14 @@ def test_levels_of_arrays_boxes_and_picked_points():
     assert np.isnan(levels).sum() == PLANE.n_points - 5 - 5 - 5
 
 
+def test_pairs_take_picked_points_and_masks_as_arrays():
+    ball = pv.Sphere()
+    top, picked = ball.points[:, 2] > 0.3, ball.points[1]
+    found = ph.target(ball, [(top, 0.8), ((picked, 0.1), 0.2)])
+    near = np.linalg.norm(ball.points - picked, axis=1) <= 0.1
+    np.testing.assert_array_equal(found, np.where(near, 0.2, np.where(top, 0.8, np.nan)))
+
+
 def test_later_levels_replace_earlier_ones_and_none_takes_them_back():
     everywhere, corner = (-1, 1, -1, 1, -1, 1), ((0.5, 0.5, 0), 0.1)
     levels = ph.target(PLANE, {everywhere: 0.5, "painted": "red", corner: None})
@@ -45,10 +53,17 @@ def test_blocks_by_path_and_everything_in_a_nested_block():
     ("levels", "message"),
     [
         ({}, r"levels must be a mapping of selections to levels"),
-        ({"paintd": 1.0}, r"levels must be a mapping whose keys are .*; got a key 'paintd'. Did you mean 'painted'"),
-        ({(1, 2, 3): 1.0}, r"levels must be a mapping whose keys are .* The names are"),
-        ({"noted": 1.0}, r"levels\['noted'\] must be for at least one point"),
-        ({((9, 9, 9), 1): 1.0}, r"must be for at least one point; got a selection without points"),
+        (
+            {"paintd": 1.0},
+            r"levels must be selections and levels; .*; got a selection 'paintd'. Did you mean 'painted'",
+        ),
+        ({(1, 2, 3): 1.0}, r"levels must be selections and levels; .* The names are"),
+        ({"noted": 1.0}, r"levels\['noted'\] must be a level for at least one point.*It is 0 everywhere"),
+        ({(1, 0, 0, 1, 0, 1): 1.0}, r"a selection without points. The order of a box is x_min, x_max"),
+        ([(((9, 9, 9), 1), 1.0)], r"levels\[0\] must be a level .* The points are in the box -0.5"),
+        ([np.arange(3)], r"levels must be a mapping of selections to levels.* or a list of such pairs"),
+        ([(np.ones(3, bool), 1.0)], r"got a selection an array of shape \(3,\)"),
+        ({((9, 9, 9), 1): 1.0}, r"must be a level for at least one point; got a selection without points"),
         ({((0, 0, 0), 0): 1.0}, r"levels must be a finite number > 0"),
         ({"Normals": 1.0}, r"must be the name of an array of numbers; got an array of shape \(25, 3\)"),
         ({"painted": -1}, r"levels\['painted'\] must be a number >= 0, .*|.*finite number >= 0; got -1"),

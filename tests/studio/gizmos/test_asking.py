@@ -9,6 +9,7 @@ from mouse import Mouse, texts
 
 import pvphong as ph
 from pvphong.studio.gizmos.asking import PIXELS_PER_STOP
+from pvphong.studio.gizmos.gizmo import SPOT_SIZE
 
 LEFT = ph.DirectionalLight(direction=(1, 0.6, -0.3), intensity=0.3, name="left")
 RIGHT = ph.DirectionalLight(direction=(-1, 0.6, -0.3), intensity=0.3, name="right")
@@ -134,3 +135,115 @@ def test_where_light_does_not_add_up_that_is_said(new_plotter):
     stops(mouse, 1.0)
     assert any("light does not add up" in text.GetInput() for text in texts(mouse.plotter))
     assert mouse.plotter.phong.lights[0].intensity == LEFT.intensity
+
+
+FLOOR = pv.Plane(center=(0, -1, 0), i_size=2, j_size=2, i_resolution=12, j_resolution=12).triangulate()
+WALL = pv.Plane(center=(0, 0, 1), direction=(0, -1, 0), i_size=2, j_size=2, i_resolution=12, j_resolution=12)
+PARTS = {"floor": FLOOR, "wall": WALL.triangulate()}
+ROOM = pv.MultiBlock(PARTS)
+ON_WALL = (0.1, 0.0, 0.5)
+# The sun grazes the wall, which has its light from the floor alone.
+SUN, FRONT = ph.DirectionalLight((0, 0, -1), intensity=0.6, name="sun"), replace(LEFT, direction=(0, 1, -0.1))
+
+
+def room(new_plotter, *lights, bounces=2):
+    plotter = new_plotter((400, 300))
+    for light in lights:
+        plotter.phong.add_light(light)
+    for name, mesh in PARTS.items():
+        plotter.phong.add_mesh(mesh, MATTE, name=name)
+    plotter.phong.light_model = ph.LightModel(ambient=0.0, bounces=bounces)
+    plotter.camera_position = [(0, -6, 1.5), (0, 0, 0.8), (0, 0, 1)]
+    plotter.show(auto_close=False)
+    plotter.phong.add_gizmos()
+    return Mouse(plotter)
+
+
+def areas(mesh):
+    """Return a third of the area of the triangles around each point."""
+    corners = mesh.regular_faces
+    a, b, c = mesh.points[corners].transpose(1, 0, 2).astype(float)
+    each = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    return np.bincount(corners.ravel(), np.repeat(each, 3), mesh.n_points)
+
+
+def test_bounced_light_counts_as_in_a_fit_with_bounces(new_plotter):
+    """The fit's target and weights are computed here from the description of what is asked for."""
+    mouse = room(new_plotter, SUN, FRONT)
+    scene = mouse.plotter.phong.scene
+    mouse.key("space")
+    mouse.drag(mouse.at(ON_WALL), (0, PIXELS_PER_STOP))
+    found = [light.intensity for light in mouse.plotter.phong.lights]
+    (spot, radius) = mouse.plotter.phong._subplot.interaction.gizmos.spot
+    assert np.linalg.norm(np.subtract(spot.point, ON_WALL)) < 0.02
+    assert radius == pytest.approx(SPOT_SIZE * np.sqrt(3.0), rel=0.01)  # of half the diagonal of a box of 2 × 2 × 2
+    shown = ROOM.phong.shade(scene, MATTE, precision="float64")
+    points, area = (np.concatenate([of(mesh) for mesh in PARTS.values()]) for of in (lambda m: m.points, areas))
+    seen = np.concatenate([shown[name]["phong"] for name in PARTS]) @ [0.2126390, 0.7151687, 0.0721923]
+    falls = np.maximum(1.0 - (np.linalg.norm(points - spot.point, axis=1) / radius) ** 2, 0.0)
+    own = area * falls
+    target, weights = np.where(falls > 0.0, 2.0 * seen, seen), 10.0 * own / own.sum() + area / area.sum()
+    parts = dict(zip(PARTS, (slice(0, FLOOR.n_points), slice(FLOOR.n_points, None)), strict=True))
+    how = {
+        "target": {name: target[rows] for name, rows in parts.items()},
+        "weights": {name: (weights / area)[rows] for name, rows in parts.items()},
+        "vary": "intensity",
+    }
+
+    def fitted(bounces):
+        model = replace(scene.light_model, bounces=bounces, clamp=False)
+        return [
+            light.intensity for light in ROOM.phong.fit(replace(scene, light_model=model), MATTE, **how).scene.lights
+        ]
+
+    np.testing.assert_allclose(found, fitted(2), rtol=1e-4)
+    assert abs(fitted(0)[1] / found[1] - 1.0) > 0.05
+
+
+def test_a_spot_that_only_bounced_light_reaches_is_dragged_brighter(new_plotter):
+    mouse = room(new_plotter, SUN)
+    mouse.key("space")
+    mouse.pull(mouse.at(ON_WALL), (0, PIXELS_PER_STOP))
+    assert not any("none of these lights reaches the spot" in text.GetInput() for text in texts(mouse.plotter))
+    assert mouse.plotter.phong.lights[0].intensity > 0.7
+    mouse.key("Escape")
+    assert mouse.plotter.phong.lights == (SUN,)
+    mouse.release()
+    direct = room(new_plotter, SUN, bounces=0)
+    direct.key("space")
+    direct.pull(direct.at(ON_WALL), (0, PIXELS_PER_STOP))
+    assert any("none of these lights reaches the spot" in text.GetInput() for text in texts(direct.plotter))
+
+
+def test_until_bounced_light_is_shown_nothing_can_be_asked(new_plotter, monkeypatch):
+    mouse = room(new_plotter, SUN)
+    gathering = mouse.plotter.phong._subplot.lit.gathering
+    monkeypatch.setattr(gathering, "transport", lambda _: None)
+    mouse.key("space")
+    stops(mouse, 1.0)
+    assert any("bounced light is still being computed" in text.GetInput() for text in texts(mouse.plotter))
+    assert mouse.plotter.phong.lights == (SUN,)
+
+
+def test_escape_ends_asking_and_forgets_the_chosen_lights(new_plotter):
+    mouse = window(new_plotter, LEFT, RIGHT)
+    gizmos = mouse.plotter.phong._subplot.interaction.gizmos
+    mouse.key("space")
+    gizmos.followers = [gizmos.all[1].renderer_light]
+    stops(mouse, 1.0)
+    assert mouse.plotter.phong.lights[0] == LEFT
+    mouse.key("Escape")
+    assert not gizmos.asks
+    assert gizmos.followers is None
+    camera = mouse.plotter.camera_position
+    mouse.drag(mouse.at(SPOT), (40, 20))
+    assert mouse.plotter.camera_position != camera
+
+
+def test_while_the_mix_is_shown_nothing_can_be_asked(new_plotter):
+    mouse = window(new_plotter, LEFT, RIGHT)
+    mouse.key("space")
+    mouse.plotter.phong._subplot.lit.is_mixed = True
+    stops(mouse, 1.0)
+    assert any("the mix is shown" in text.GetInput() for text in texts(mouse.plotter))
+    assert mouse.plotter.phong.lights == (LEFT, RIGHT)

@@ -18,6 +18,7 @@ from pvphong.studio.web.inputs import (
     number_input,
     switch,
 )
+from pvphong.studio.web.panels import ask
 from pvphong.studio.web.panels.panel import panel
 from pvphong.studio.web.words import LIGHTS
 
@@ -59,6 +60,8 @@ def lights(kinds: Mapping[str, str]) -> None:
                     with item, v.Template(v_slot_prepend=True):
                         html.Img(src=f"thumbnail/setup/{name}", width=40, height=40, classes="mr-3", alt="")
         file_input("lamp", "add a measured lamp: .ies .ldt", accept=".ies,.ldt", v_if="has_mesh")
+        ask.button()
+        ask.options()
         with v.VCard(
             v_for="light in lights",
             key=("light.number",),
