@@ -32,7 +32,6 @@ from pvphong.optics.area.patches import Patches
 from pvphong.rays.casting import BlockingFaces, Occluders
 from pvphong.rays.daylight import SkyTracer, Sources, received
 from pvphong.scene.daylight import ALBEDO
-from pvphong.scene.options import known_options
 from pvphong.scene.sun import Place
 from pvphong.scene.weather import irradiances
 
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-@known_options
 def daylight_files(
     paths: Any,
     out: str | os.PathLike[str],
