@@ -141,8 +141,8 @@ window.studioJump = (id) => {
   setTimeout(stop, 2000);
 };
 """
-"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy machine.
-The user's next action ends it."""
+"""Scrolls to a panel, and again whenever the panels grow, because a panel that was folded unfolds slowly on a busy
+machine. The user's next action ends it."""
 
 _TEXT = ':data-alt="view_text"'
 

@@ -409,7 +409,7 @@ class Studio:
         """The downloads of the current state. While a background computation runs, they are as the view shows them."""
         meshes = {self.document.mesh_name(mesh): mesh for mesh in self._subplot.lit.subjects}
         stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
-        tolerance = self.document.accuracy.tolerance
+        tolerance = self.document.accuracy.tolerance or self.document.set_ups.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting and not self._subplot.lit.softening.is_awaited  # which ends soon
         file, scene = self._opening.file, self._subplot.scene
