@@ -386,7 +386,8 @@ class Document:
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
         if any(known.on for known in self._subplot.lights.values):
-            light = brightened(light, self._subplot.scene, self._subplot.lit.shown)
+            white = 2.0**-self._phong.display.exposure
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, white)
         name = free_name(kind, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -462,6 +463,7 @@ class Document:
             their materials. A stage without an entry of its own always keeps its material.
         """
         with self._step():
+            self.set_ups.leave()
             self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
             stage = self.staging.mesh

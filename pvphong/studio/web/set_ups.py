@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pvphong.base import check
+from pvphong.base.display import Display
 from pvphong.optics.light import Light
+from pvphong.scene.light_model import LightModel
 from pvphong.scene.presets import setups, up_of
 from pvphong.scene.sun_by_date import SunByDate
 from pvphong.studio.subplot import Subplot
@@ -42,6 +44,8 @@ class SunState(NamedTuple):
     """The last of them by day, which the sun in the view shows."""
     sky: SunByDate
     """Those that the sky in the view shows."""
+    before: tuple[LightModel, Display]
+    """Light model and display before the set-up was chosen."""
 
 
 class SetUps:
@@ -57,6 +61,7 @@ class SetUps:
 
     def __init__(self, phong: Any, subplot: Subplot) -> None:
         self._phong, self._subplot = phong, subplot
+        self._is_moving = False
         self.state: SunState | None = None
         """The sun by date and place; None if another set-up was chosen, or none. It can be restored."""
 
@@ -84,17 +89,23 @@ class SetUps:
         if name == _SUN:
             self._begin(SunByDate(up=up_of(viewer)))
             return
+        self.leave()
         self._subplot.lights.replace(make(np.stack([low, high], axis=1).ravel().tolist(), viewer))
-        self.state = None
 
     def _begin(self, sun: SunByDate) -> None:
         """Replace all lights by the sun and the sky, with shadows, and an exposure for them."""
         self._subplot.lights.replace(prepared(light) for light in sun.lights())
-        model, display = self._phong.light_model, self._phong.display
+        model, display = before = self._phong.light_model, self._phong.display
         self._phong.light_model = replace(model, ambient=0.0, shadows=True, clamp=False)
         tone = "filmic" if display.tone == "none" else display.tone
         self._phong.display = replace(display, exposure=_exposure(sun), tone=tone)
-        self.state = SunState(sun, sun, sun)
+        self.state = SunState(sun, sun, sun, before if self.state is None else self.state.before)
+
+    def leave(self) -> None:
+        """Forget the sun, if it was chosen, and restore the light model and the display, for lights in other units."""
+        if self.state is not None:
+            self._phong.light_model, self._phong.display = self.state.before
+            self.state = None
 
     def move(self, sun: SunByDate) -> None:
         """Set place, day and hour. The sun in the view follows, except at night; the sky follows at `rest`."""
@@ -107,13 +118,14 @@ class SetUps:
         self._set(_SUN, sun.sun)
         self._phong.display = replace(display, exposure=min(max(exposure, _EXPOSURES[0]), _EXPOSURES[1]))
         self.state = self.state._replace(sun=sun, shown=sun)
-        self._subplot.lit.uses_preview_rays = True
+        self._is_moving = self._subplot.lit.uses_preview_rays = True
 
     def rest(self) -> None:
         """Let the sky follow the sun."""
+        if self._is_moving:
+            self._is_moving = self._subplot.lit.uses_preview_rays = False
         if self.state is None or self.state.sky == self.state.shown:
             return
-        self._subplot.lit.uses_preview_rays = False
         _, sky = self.state.shown.lights()
         self._set(sky.name, sky)
         self.state = self.state._replace(sky=self.state.shown)

@@ -137,8 +137,40 @@ def test_a_deleted_sun_or_another_set_up_ends_it(document, plotter):
         document.edit("sun.hour", 11)
     document.undo()
     assert document.shown()["sun"]["text"] == SunByDate(hour=15.0).words
-    document.set_up("product")
-    assert document.shown()["sun"] is None
+
+
+def test_other_lights_get_their_exposure_back(document, plotter):
+    """Lights of other set-ups and of rigs are not in W/m²."""
+    with_sun = document.state
+    for choose in (
+        lambda: document.set_up("product"),
+        lambda: document.replace_all(ph.Scene([ph.PointLight((0, 0, 9))]), {}, "default"),
+    ):
+        choose()
+        assert document.shown()["sun"] is None
+        assert plotter.phong.display == ph.Display()
+        assert plotter.phong.light_model == ph.LightModel()
+        document.undo()
+        assert document.state == with_sun
+    document.set_up("sun")
+    document.set_up("rim")
+    assert plotter.phong.display == ph.Display()
+
+
+def test_a_new_lamp_is_as_bright_as_the_sun_needs(document, plotter):
+    before = picture(plotter).mean()
+    document.add("point")
+    assert plotter.phong.lights[-1].intensity > 20
+    assert picture(plotter).mean() > before + 3
+
+
+def test_shadows_are_hard_only_while_a_slider_moves(document, plotter):
+    lit = plotter.phong._subplot.lit
+    for hour in (12.0, 10.0):  # and back
+        document.slide("sun.hour", hour)
+        assert lit.uses_preview_rays
+    document.settle()
+    assert not lit.uses_preview_rays
 
 
 def test_without_pvlib_the_extra_is_named_and_nothing_changes(document, monkeypatch):
