@@ -22,7 +22,8 @@ if TYPE_CHECKING:  # the alias tells a type checker that a name is public
     from pvphong.accessor import MeshPhong as MeshPhong
     from pvphong.base.color import kelvin as kelvin
     from pvphong.base.display import Display as Display
-    from pvphong.batch.shading import Batch as Batch
+    from pvphong.batch.daylight import daylight_files as daylight_files
+    from pvphong.batch.run import Batch as Batch
     from pvphong.batch.shading import shade_files as shade_files
     from pvphong.chunks import evaluate as evaluate
     from pvphong.filter import PhongFilter as PhongFilter
@@ -98,7 +99,9 @@ _PLACES = {
     "accessor": "BlocksPhong MeshPhong",
     "base.color": "kelvin",
     "base.display": "Display",
-    "batch.shading": "Batch shade_files",
+    "batch.daylight": "daylight_files",
+    "batch.run": "Batch",
+    "batch.shading": "shade_files",
     "chunks": "evaluate",
     "filter": "PhongFilter",
     "geometry.transform": "SingularMatrixWarning",

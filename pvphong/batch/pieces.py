@@ -141,8 +141,8 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     out : Path
         Output folder.
     as_one : bool
-        Treat all files as pieces of one surface. By default, only the files of one index file at one time step are
-        treated as pieces of one surface.
+        Treat all files as pieces of one surface, except for the time steps of a .pvd file: each is a surface. By
+        default, only the files of one index file at one time step are treated as pieces of one surface.
 
     Raises
     ------
@@ -196,7 +196,8 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
             if not parts:
                 check.refuse("paths", path, "files to light", f"An entry of this index file names {file!r}.")
             inner = target.joinpath(*parts[int(parts[0] == target.name) : -1], Path(parts[-1]).stem)
-            one = surface or f"{path}@{element.get('timestep', '')}"  # a time step is one surface
+            time = element.get("timestep", "")  # a time step is a surface of its own
+            one = f"{surface or path}@{time}" if time or not surface else surface
             outputs.append(add(path.parent / file, inner, name or label, one, (*above, path.resolve())))
         output = target.with_name(target.name + (".pvtp" if suffix == ".pvtu" else suffix))  # lit meshes are surfaces
         claim(output, path)
@@ -204,7 +205,7 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
         return output
 
     for path in paths:
-        add(path, out / path.stem, DEFAULT, "all" if as_one else "", ())
+        add(path, out / path.stem, DEFAULT, "one surface" if as_one else "", ())
     inputs = {os.path.realpath(path) for path in source_of.values()}
     for output in source_of:
         if os.path.realpath(output) in inputs:

@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+import math
 import os
 import uuid
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import repeat
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
+import pyvista as pv
 
 from pvphong.base import check
-from pvphong.base.files import folder_aside
-from pvphong.base.text import about, counting, html_table, wrapped
+from pvphong.base.text import about
 from pvphong.base.types import Backend, Precision
-from pvphong.batch.cluster import Here, connected, ended
-from pvphong.batch.culling import potential_occluders, touching
-from pvphong.batch.pieces import Index, Piece, Seams, paths_of, pieces_and_indices, write_index
-from pvphong.batch.seams import neighbours_of
-from pvphong.batch.worker import Job, Result, border_in, bounds_of, checksum_of, light, look, outline_in, spans_of
-from pvphong.meshes.blocks import DEFAULT
-from pvphong.meshes.colormaps import joined, spanned, unspanned
+from pvphong.batch.cluster import connected
+from pvphong.batch.culling import Outline, PotentialOccluders, potential_occluders
+from pvphong.batch.pieces import Piece, Seams, paths_of, pieces_and_indices
+from pvphong.batch.run import Batch, Run, found_anywhere, output_folders
+from pvphong.batch.worker import Job, checksum_of, checksum_of_file, surface_of
+from pvphong.meshes.blocks import DEFAULT, materials_of
+from pvphong.meshes.colormaps import Span, joined, spanned, spans_in, unspanned
 from pvphong.meshes.default_scene import default_scene_of
-from pvphong.meshes.files import Compression
+from pvphong.meshes.files import Compression, read_mesh
+from pvphong.meshes.lit import shade_mesh
+from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle
+from pvphong.meshes.visibility import KnownOccluders, world_faces
+from pvphong.optics.colormap import Colormap
+from pvphong.optics.maps import Map, is_image_path, refuse_unnamed
 from pvphong.optics.material import DEFAULT_MATERIAL, Material, as_material
+from pvphong.rays.casting import Occluders
 from pvphong.scene.options import known_options
 from pvphong.scene.scene import Scene, SceneLike, as_scene
 
@@ -37,47 +41,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _APART = 'Each file was lit separately; seams="merge" treats them as pieces of one surface.'
-
-
-@dataclass(frozen=True)
-class Batch:
-    """Results of `shade_files`. Each file is in one of `done`, `skipped` and `failed`.
-
-    Attributes
-    ----------
-    done : tuple of Path
-        Files that were lit, and index files that were written.
-    skipped : tuple of Path
-        Files whose lit file existed already, made from the same input and settings.
-    failed : mapping of Path to str
-        Files that could not be lit, with the reasons. Nothing was written for them.
-    note : str
-        Remark if normals of neighbouring pieces of a surface were not merged along their seams; else empty.
-
-    Examples
-    --------
-    >>> import pvphong as ph
-    >>> batch = ph.Batch(done=(), skipped=(), failed={})
-    >>> batch.failed
-    {}
-    """
-
-    done: tuple[Path, ...]
-    skipped: tuple[Path, ...]
-    failed: Mapping[Path, str]
-    note: str = ""
-
-    def __str__(self) -> str:
-        counts = f"{len(self.done)} done, {len(self.skipped)} skipped, {len(self.failed)} failed."
-        reasons = [line for path, why in self.failed.items() for line in wrapped(f"{path}: {why}")]
-        return "\n".join([counts, *reasons, *wrapped(self.note)])
-
-    def __repr__(self) -> str:
-        return f"<Batch: {len(self.done)} done, {len(self.skipped)} skipped, {len(self.failed)} failed>"
-
-    def _repr_html_(self) -> str:
-        rows = [(str(path), why) for path, why in self.failed.items()]
-        return html_table(repr(self)[1:-1], ("failed", "why") if rows else (), rows)
 
 
 @known_options
@@ -173,25 +136,22 @@ def shade_files(
     given_materials = material if isinstance(material, Mapping) else {DEFAULT: material}
     materials = {label: as_material(each) for label, each in given_materials.items()}
     options = {
-        "name": name,
         "components": components,
         "tolerance": tolerance,
         "precision": precision,
         "backend": backend,
     }
-    job = Job(given or Scene(), materials, feature_angle, options, uuid.uuid4().hex, compress)
+    job = ShadingJob(feature_angle, name, uuid.uuid4().hex, compress, given or Scene(), materials, options)
     folder = Path(out)
     pieces, indices = pieces_and_indices(paths_of(paths, folder), folder, as_one=seams == "merge")
     job.refuse_wrong(pieces)
     several = [name for name, count in Counter(piece.surface for piece in pieces).items() if name and count > 1]
     if several and job.scene.light_model.bounces:  # for each bounce, light would travel between all pieces
         remedy = "Use LightModel(bounces=0), or join the pieces: pyvista.read(path)."
-        got = f"bounces for the pieces of {several[0].rpartition('@')[0] or 'one surface'}"
+        got = f"bounces for the pieces of {several[0].rpartition('@')[0] or several[0]}"
         check.refuse("light_model", got, "without bounces for a surface in several pieces", remedy)
-    outputs = [piece.output for piece in pieces] + [index.output for index in indices]
-    folders = sorted({folder, *(output.parent for output in outputs)})
-    with connected(client, workers, len(pieces)) as workforce, _folders(folders), about("files"):
-        run = _Run(workforce, job, pieces, indices)
+    with connected(client, workers, len(pieces)) as workforce, output_folders(folder, pieces, indices), about("files"):
+        run = _ShadingRun(workforce, job, pieces, indices)
         if given is None or given.viewer is None:
             run.frame(given)
         run.span()
@@ -201,34 +161,10 @@ def shade_files(
     return run.batch(note=_APART if are_apart and seams is None else "")
 
 
-@contextmanager
-def _folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Create the output folders. Before and after the block, remove from them the temporary files of killed workers."""
+class _ShadingRun(Run):
+    """State of one call of `shade_files`."""
 
-    def clear() -> None:
-        for folder in folders:
-            with folder_aside(folder):
-                pass
-
-    try:
-        for folder in folders:
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        check.refuse("out", folder, "a folder that can be created", f"{error.strerror}.")
-    clear()
-    try:
-        yield
-    finally:
-        clear()
-
-
-class _Run:
-    """State of one call of `shade_files`: its pieces and index files, and the result for each output path."""
-
-    def __init__(self, client: Client | Here, job: Job, pieces: Sequence[Piece], indices: Sequence[Index]) -> None:
-        self._client, self._job, self._pieces, self._indices = client, job, pieces, indices
-        self._count = counting(len(pieces))
-        self._results: dict[Path, Result] = {}
+    _job: ShadingJob
 
     def frame(self, given: Scene | None) -> None:
         """Give the job a scene with a viewer that frames all pieces.
@@ -258,129 +194,103 @@ class _Run:
             materials[label] = spanned(materials[label], {name: joined(spans)})
         self._job = replace(self._job, materials=materials)
 
-    def light(self, *, merges: bool) -> None:
-        """Light all pieces that have no result yet.
+    def _around(self, pieces: Sequence[Piece], outlines: Sequence[Outline]) -> Iterator[PotentialOccluders[Piece]]:
+        """Return, for each piece, the other pieces that may block its light."""
+        return potential_occluders(self._job.scene, [*map(found_anywhere, pieces)], outlines)
 
-        If `merges`, normals that are computed from faces take the faces of touching pieces into account. Else each
-        piece has its own normals.
+
+@dataclass(frozen=True)
+class ShadingJob(Job):
+    """Shading of all pieces in one scene.
+
+    Attributes
+    ----------
+    scene : Scene
+        Scene with a viewer.
+    materials : dict
+        Path of a block → material; the key "default" is for the other blocks.
+    options : dict
+        Other options of `shade`.
+    """
+
+    scene: Scene
+    materials: dict[str, Material]
+    options: dict[str, Any]
+
+    def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
+        """Raise ``ValueError`` for settings with which pieces cannot be lit. The settings are tried on a triangle.
+
+        Also refused are maps that are not names, and different materials for blocks that refer to the same file.
         """
-        depend = merges or self._job.scene.light_model.needs_rays
-        surfaces: dict[Any, list[Piece]] = defaultdict(list)
-        for piece in self._pieces:
-            surfaces[piece.surface if depend and piece.surface else piece].append(piece)
-        tasks: dict[Any, Piece] = {}
-        for pieces in surfaces.values():
-            if len(pieces) > 1:
-                tasks |= self._begin_together(pieces, merges=merges)
-            else:
-                tasks |= {self._begin(light, piece, self._job): piece for piece in self._left(pieces)}
-        for piece, result in ended(self._client, tasks):
-            self._end(piece, result)
+        labels = sorted({label for piece in pieces for label in piece.labels})
+        material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
+        for material in self.materials.values():
+            for name, given in given_maps(material).items():
+                if isinstance(given, Map):
+                    check.refuse(name, given, "the name of a point array that the files have")
+                refuse_unnamed(name, given)
+            lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
+            shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self._options)
+        for piece in pieces:
+            first, *others = piece.labels
+            for other in others:
+                if material_of[other] != material_of[first]:
+                    got = f"different materials for {first!r} and {other!r}, which both refer to {piece.input}"
+                    remedy = "Copy the file, and let one block refer to the copy."
+                    check.refuse("material", got, "the same for blocks that refer to the same file", remedy)
 
-    def _begin_together(self, pieces: Sequence[Piece], *, merges: bool) -> dict[Any, Piece]:
-        """Start a task for each piece of a surface that lights the piece; return task → piece.
+    @property
+    def _options(self) -> dict[str, Any]:
+        return {"name": self.name, **self.options}
 
-        A task receives the other pieces that may block light of its piece. If `merges`, it also receives the faces of
-        other pieces that touch its piece.
-        """
-        looked = dict(self._each(look, self._left(pieces), self._job))
-        made_from = checksum_of([looked[piece][0] if piece in looked else "" for piece in pieces])
-        if not merges:
-            made_from = checksum_of([made_from, "kept apart"])
-        for piece, (_, receipt) in looked.items():
-            if receipt is not None and receipt.input == made_from:
-                self._end(piece, Result(arrays=receipt.arrays))
-        if not self._left(pieces):
-            return {}
-        known = [piece for piece in pieces if piece in looked]
-        if merges:  # the faces along borders stay on the workers
-            borders = dict(self._each(border_in, known, fetches=False))
-            where = attrgetter("outline")
-            outlines = dict(
-                self._values({self._client.submit(where, borders[each], pure=False): each for each in borders})
-            )
-        else:
-            borders, outlines = {}, dict(self._each(outline_in, known))
-        known = [piece for piece in known if piece in outlines]
-        if not known:
-            return {}
-        missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
-        if missing:  # this changes the checksum, so a later run that can read these pieces lights all again
-            made_from = checksum_of([made_from, missing])
-        known_outlines = [outlines[piece] for piece in known]
-        neighbours: Iterable[Any] = repeat(None, len(known))
-        around: Iterable[Any] = repeat(None, len(known))
-        if merges:
-            faces = [borders[piece] for piece in known]
-            neighbours = (
-                self._client.submit(neighbours_of, faces[number], [faces[other] for other in others], pure=False)
-                for number, others in enumerate(touching(known_outlines))
-            )
-        if self._job.scene.light_model.needs_rays:
-            around = potential_occluders(self._job.scene, [*map(_found_anywhere, known)], known_outlines)
-        return {
-            self._begin(light, piece, self._job, beside, blocking, made_from): piece
-            for piece, beside, blocking in zip(known, neighbours, around, strict=True)
-            if piece.output not in self._results
-        }
+    @property
+    def checksum(self) -> str:
+        """Checksum of all settings on which a lit file depends: scene, materials with their images, and options."""
+        maps = [given for material in self.materials.values() for given in material.maps.values()]
+        images = [Path(str(given)) for given in maps if is_image_path(given)]
+        contents = [checksum_of_file(image) for image in images if image.is_file()]
+        return checksum_of([self.scene, self.materials, self.feature_angle, self._options, self.compress, *contents])
 
-    def write_indices(self) -> None:
-        """Write each index file whose pieces all have a lit file; record all other index files as failed."""
-        for index in self._indices:
-            named = [self._results[output] for output in index.outputs]
-            failed = sum(bool(result.reason) for result in named)
-            if failed:
-                result = Result(reason=f"not written, because {failed} of its {len(named)} files failed")
-            else:
-                try:
-                    result = Result(write_index(index, [result.arrays for result in named]))
-                except ValueError as error:
-                    result = Result(reason=str(error))
-            self._results[index.output] = result
+    @property
+    def needs_rays(self) -> bool:
+        """True if pieces may shadow each other, or hide the sky."""
+        return self.scene.light_model.needs_rays
 
-    def batch(self, note: str) -> Batch:
-        """Return the results of all pieces and index files as a `Batch`. `note` is its remark on seams."""
-        results = [(piece.input, self._results[piece.output]) for piece in self._pieces]
-        results += [(index.input, self._results[index.output]) for index in self._indices]
-        failed = {path: result.reason for path, result in results if result.reason}
-        done = dict.fromkeys(path for path, result in results if result.is_new and path not in failed)
-        skipped = dict.fromkeys(path for path, _ in results if path not in failed and path not in done)
-        return Batch(tuple(done), tuple(skipped), failed, note)
-
-    def _begin(self, work: Callable[..., Any], piece: Piece, *more: Any) -> Any:
-        """Start the task `work(piece, *more)`, and return it.
-
-        If an entry of `more` is itself a task, `work` gets the value of this task.
-        """
-        return self._client.submit(work, _found_anywhere(piece), *more, pure=False)
-
-    def _each(
-        self, work: Callable[..., Any], pieces: Iterable[Piece], *more: Any, fetches: bool = True
-    ) -> Iterator[tuple[Piece, Any]]:
-        """Run the task `work(piece, *more)` for each piece; yield pieces and values in the order in which tasks end.
-
-        A piece whose task fails is recorded as failed and not yielded. If `fetches` is False, values stay on the
-        workers, and the task is yielded in place of its value.
-        """
-        return self._values({self._begin(work, piece, *more): piece for piece in pieces}, fetches=fetches)
-
-    def _values(self, tasks: Mapping[Any, Piece], *, fetches: bool = True) -> Iterator[tuple[Piece, Any]]:
-        for piece, value in ended(self._client, tasks, fetches=fetches):
-            if isinstance(value, Result):
-                self._end(piece, value)
-            else:
-                yield piece, value
-
-    def _left(self, pieces: Iterable[Piece]) -> list[Piece]:
-        return [piece for piece in pieces if piece.output not in self._results]
-
-    def _end(self, piece: Piece, result: Result) -> None:
-        """Record the result of a piece, if the piece has no result yet."""
-        if piece.output not in self._results:
-            self._results[piece.output] = result
-            self._count(1)
+    def lit(self, mesh: pv.PolyData, piece: Piece, feature_angle: FeatureAngle, around: Any) -> pv.PolyData:
+        """Return a piece with its lit colours; `around` is a `PotentialOccluders` or None."""
+        material = self.materials.get(piece.labels[0]) or self.materials[DEFAULT]
+        options = self._options
+        if around is not None:
+            options["occluders"] = _occluders(mesh, self.scene, around)
+        return shade_mesh(mesh, self.scene, material, feature_angle=feature_angle, **options)
 
 
-def _found_anywhere(piece: Piece) -> Piece:
-    """Return a piece with absolute paths, so that worker processes in other folders find its files."""
-    return replace(piece, input=piece.input.absolute(), output=piece.output.absolute())
+# --- tasks ---
+
+
+def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
+    """Return the bounds x_min, x_max, …, z_max of a piece's surface, and True if it has open edges.
+
+    The bounds are NaN if the piece has no points.
+    """
+    outside, _ = surface_of(piece)
+    if not outside.n_points:
+        return (math.nan,) * 6, False
+    return tuple(outside.bounds), bool(outside.n_open_edges)
+
+
+def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
+    """Return, for each colormap, the range of the colormap's array in a piece."""
+    mesh = read_mesh(str(piece.input))
+    return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
+
+
+def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
+    """Return the triangles that may block the light of a piece: its own, and those of the other pieces in `around`.
+
+    `mesh` is the piece's surface, and `scene` has the lights. The files of the other pieces are read one after the
+    other.
+    """
+    others = (around.blocking(scene, world_faces(surface_of(piece)[0])) for piece in around.blockers)
+    parts = [world_faces(mesh), *others]
+    return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from importlib.metadata import version
@@ -20,83 +19,63 @@ import pyvista as pv
 
 from pvphong.base import check, threads
 from pvphong.base.files import write_json
-from pvphong.batch.culling import Outline, PotentialOccluders, outline_of
+from pvphong.batch.culling import Outline, outline_of
 from pvphong.batch.pieces import ArrayType, Piece
 from pvphong.batch.seams import NORMALS, Border, Neighbours, border_of, has_only_ghosts, with_normals, without_ghosts
-from pvphong.meshes.blocks import DEFAULT, materials_of
 from pvphong.meshes.cells import refuse_invalid
-from pvphong.meshes.colormaps import Span, spans_in
 from pvphong.meshes.files import Compression, read_mesh, save_lit
-from pvphong.meshes.lit import shade_mesh
-from pvphong.meshes.point_data import given_maps
 from pvphong.meshes.surfaces import FeatureAngle, has_normals, outer_surface, surface
-from pvphong.meshes.visibility import KnownOccluders, world_faces
-from pvphong.optics.colormap import Colormap
-from pvphong.optics.maps import Map, is_image_path, refuse_unnamed
-from pvphong.optics.material import Material
-from pvphong.rays.casting import Occluders
-from pvphong.scene.scene import Scene
 
 _TYPES = {"f": "Float{}", "i": "Int{}", "u": "UInt{}", "b": "UInt{}"}
 """Names of types in VTK's XML files, by NumPy's kind; {} stands for the number of bits."""
 
 
 @dataclass(frozen=True)
-class Job:
-    """Settings that are common to all pieces.
+class Job(ABC):
+    """Work on all pieces, with its settings.
 
     Attributes
     ----------
-    scene : Scene
-        Scene with a viewer.
-    materials : dict
-        Path of a block → material; the key "default" is for the other blocks.
     feature_angle : float, "auto" or None
         As for `shade`.
-    options : dict
-        Other options of `shade`.
+    name : str
+        Name of the point array that is active in the output files.
     run : str
-        Identifier of the call of `shade_files`.
+        Identifier of the call that does the work.
     compress : {"lz4", "zlib", "none"}
-        Compression of arrays in the lit files.
+        Compression of arrays in the output files.
     """
 
-    scene: Scene
-    materials: dict[str, Material]
     feature_angle: FeatureAngle
-    options: dict[str, Any]
+    name: str
     run: str
-    compress: Compression = "lz4"
-
-    def refuse_wrong(self, pieces: Sequence[Piece]) -> None:
-        """Raise ``ValueError`` for settings with which the pieces cannot be lit. A triangle is lit as a test.
-
-        Maps that are not names are refused. Blocks that refer to the same file must have the same material.
-        """
-        labels = sorted({label for piece in pieces for label in piece.labels})
-        material_of = dict(zip(labels, materials_of(labels, self.materials), strict=True))
-        for material in self.materials.values():
-            for name, given in given_maps(material).items():
-                if isinstance(given, Map):
-                    check.refuse(name, given, "the name of a point array that the files have")
-                refuse_unnamed(name, given)
-            lit_alike = material.with_values(dict.fromkeys(material.maps, 0.5) | {"tangents": None})
-            shade_mesh(pv.Triangle(), self.scene, lit_alike, feature_angle=self.feature_angle, **self.options)
-        for piece in pieces:
-            first, *others = piece.labels
-            for other in others:
-                if material_of[other] != material_of[first]:
-                    got = f"different materials for {first!r} and {other!r}, which both refer to {piece.input}"
-                    remedy = "Copy the file, and let one block refer to the copy."
-                    check.refuse("material", got, "the same for blocks that refer to the same file", remedy)
+    compress: Compression
 
     @property
+    @abstractmethod
     def checksum(self) -> str:
-        """Checksum of all settings on which a lit file depends: scene, materials with their images, and options."""
-        maps = [given for material in self.materials.values() for given in material.maps.values()]
-        images = [Path(str(given)) for given in maps if is_image_path(given)]
-        contents = [checksum_of_file(image) for image in images if image.is_file()]
-        return checksum_of([self.scene, self.materials, self.feature_angle, self.options, self.compress, *contents])
+        """Checksum of all settings on which an output file depends."""
+
+    @property
+    @abstractmethod
+    def needs_rays(self) -> bool:
+        """True if a piece depends on all other pieces of its surface, which may block its light."""
+
+    @abstractmethod
+    def lit(self, mesh: pv.PolyData, piece: Piece, feature_angle: FeatureAngle, around: Any) -> pv.PolyData:
+        """Return a piece with its results as arrays.
+
+        Parameters
+        ----------
+        mesh : pyvista.PolyData
+            The surface of the piece, with the point normals to use, if `feature_angle` is None.
+        piece : Piece
+            The piece.
+        feature_angle : float, "auto" or None
+            As for `shade`.
+        around : object
+            The triangles of the other pieces that may block light, as the run gives them; None without others.
+        """
 
 
 def checksum_of(value: Any) -> str:
@@ -197,32 +176,15 @@ def look(piece: Piece, job: Job) -> tuple[str, Receipt | None]:
     return _checksum_of_input(piece), valid_receipt(piece, job)
 
 
-def bounds_of(piece: Piece) -> tuple[tuple[float, ...], bool]:
-    """Return the bounds of a piece's surface, and True if the surface has open edges.
-
-    The bounds are x_min, x_max, y_min, y_max, z_min, z_max. They are NaN if the piece has no points.
-    """
-    outside, _ = _surface(piece)
-    if not outside.n_points:
-        return (math.nan,) * 6, False
-    return tuple(outside.bounds), bool(outside.n_open_edges)
-
-
-def spans_of(piece: Piece, colormaps: Sequence[Colormap]) -> list[Span]:
-    """Return the range of each colormap's array in a piece, in the order of `colormaps`."""
-    mesh = read_mesh(str(piece.input))
-    return [spans_in(colormap, [mesh] if isinstance(mesh, pv.DataSet) else []) for colormap in colormaps]
-
-
 def border_in(piece: Piece) -> Border:
     """Read a piece, and return the faces at its border. Neighbouring pieces need these faces for their normals."""
-    outside, of_volume = _surface(piece)
+    outside, of_volume = surface_of(piece)
     return border_of(outside, of_volume=of_volume)
 
 
 def outline_in(piece: Piece) -> Outline:
-    """Read a piece, and return its outline. Outlines serve to find pieces that may block each other's light."""
-    outside, _ = _surface(piece)
+    """Read a piece, and return its outline. The outlines tell which pieces may block each other's light."""
+    outside, _ = surface_of(piece)
     return outline_of(outside)
 
 
@@ -230,7 +192,7 @@ def light(
     piece: Piece,
     job: Job,
     neighbours: Neighbours | None = None,
-    around: PotentialOccluders[Piece] | None = None,
+    around: Any = None,
     made_from: str = "",
 ) -> Result:
     """Light a piece and write its lit file.
@@ -245,8 +207,8 @@ def light(
         Settings that are common to all pieces.
     neighbours : Neighbours, optional
         Faces of other pieces of the same surface, for normals across seams.
-    around : PotentialOccluders, optional
-        Other pieces of the same surface that may block light of this piece.
+    around : object, optional
+        What the job gets to know of the triangles of the other pieces of the same surface.
     made_from : str
         Checksum of all pieces of the surface; by default the checksum of the piece's file.
     """
@@ -256,7 +218,7 @@ def light(
         if receipt is None or receipt.input != made_from:
             with threads.limited(1):
                 lit = _lit(piece, job, neighbours, around)
-                save_lit(lit, piece.output, job.options["name"], job.compress)
+                save_lit(lit, piece.output, job.name, job.compress)
             output = checksum_of_file(piece.output)
             receipt = Receipt(made_from, job.checksum, version("pvphong"), job.run, output, _array_types(lit))
             write_json(vars(receipt), receipt_path(piece.output))
@@ -280,8 +242,8 @@ def _checksum_of_input(piece: Piece) -> str:
     return checksum_of_file(piece.input)
 
 
-def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
-    """Read a piece's file; return its surface without ghost cells, and True if the file contains a volume.
+def surface_of(piece: Piece) -> tuple[pv.PolyData, bool]:
+    """Read a piece's file; return its surface without ghost cells, and True if the file holds a volume.
 
     A file without points, or with ghost cells only, gives an empty surface. Parallel simulations write such a file for
     a process that has no cells.
@@ -297,31 +259,16 @@ def _surface(piece: Piece) -> tuple[pv.PolyData, bool]:
     return without_ghosts(outside), mesh.GetMaxSpatialDimension() == 3
 
 
-def _lit(
-    piece: Piece, job: Job, neighbours: Neighbours | None, around: PotentialOccluders[Piece] | None
-) -> pv.PolyData:
-    mesh, _ = _surface(piece)
+def _lit(piece: Piece, job: Job, neighbours: Neighbours | None, around: Any) -> pv.PolyData:
+    mesh, _ = surface_of(piece)
     if not mesh.n_points:
         return mesh
-    material, angle = job.materials.get(piece.labels[0]) or job.materials[DEFAULT], job.feature_angle
-    options = job.options if around is None else job.options | {"occluders": _occluders(mesh, job.scene, around)}
-    has_own = has_normals(mesh) and angle in (None, "auto")
+    has_own = has_normals(mesh) and job.feature_angle in (None, "auto")
     if neighbours is None or has_own or len(neighbours.offsets) == 1:
-        return shade_mesh(mesh, job.scene, material, feature_angle=angle, **options)
-    lit = shade_mesh(with_normals(mesh, neighbours, angle), job.scene, material, **options)
+        return job.lit(mesh, piece, job.feature_angle, around)
+    lit = job.lit(with_normals(mesh, neighbours, job.feature_angle), piece, None, around)
     del lit.point_data[NORMALS]
     return lit
-
-
-def _occluders(mesh: pv.PolyData, scene: Scene, around: PotentialOccluders[Piece]) -> KnownOccluders:
-    """Return the triangles that may block the light of a piece: its own, and those of the other pieces in `around`.
-
-    `mesh` is the piece's surface, and `scene` has the lights. The files of the other pieces are read one after the
-    other.
-    """
-    others = (around.blocking(scene, world_faces(_surface(piece)[0])) for piece in around.blockers)
-    parts = [world_faces(mesh), *others]
-    return KnownOccluders(Occluders(parts, around.within), 0 if len(parts[0]) else None, around.first)
 
 
 def _array_types(lit: pv.PolyData) -> tuple[ArrayType, ...]:

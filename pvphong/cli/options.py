@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
@@ -292,3 +292,18 @@ def busy(what: str) -> Iterator[None]:
 
         with listening(update):
             yield
+
+
+def refuse_given(options: Mapping[str, Any], allowed: str) -> None:
+    """Raise ``ValueError`` for the first of some options that is given; None, False and () mean that it is not.
+
+    Parameters
+    ----------
+    options : mapping
+        Name → value of options that are not allowed here.
+    allowed : str
+        The allowed use, which completes the sentence "<option> must be …".
+    """
+    for option, given in options.items():
+        if given is not None and given is not False and given != ():  # 0 counts as given, although it equals False
+            check.refuse(option, given, allowed)

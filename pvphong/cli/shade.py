@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,6 +23,7 @@ from pvphong.cli.options import (
     LightingOptions,
     Number,
     busy,
+    refuse_given,
     seeing,
 )
 from pvphong.meshes import pictures
@@ -113,10 +114,10 @@ def shade(
         "feature_angle": lighting.feature_angle,
     }
     if refine is None:
-        _refuse_given({"--max-points": max_points}, "used with --refine")
+        refuse_given({"--max-points": max_points}, "used with --refine")
     else:
         given = {"--components": components, "--tolerance": tolerance if tolerance else None}
-        _refuse_given(given, "omitted with --refine, because --refine computes only exact colours")
+        refuse_given(given, "omitted with --refine, because --refine computes only exact colours")
     target = Path(output)
     suffix = target.suffix.lower()
     are_many, names_folder = bool(more) or is_pattern(mesh), output.endswith(("/", os.sep)) or os.path.isdir(target)
@@ -125,20 +126,20 @@ def shade(
     is_folder = are_many or names_folder
     if is_folder or suffix != ".png":
         of_picture = {"--size": size, "--background": background, "--exposure": exposure, "--tone": tone}
-        _refuse_given(of_picture, "used with a .png output only")
+        refuse_given(of_picture, "used with a .png output only")
     if is_folder:
-        _refuse_given({"--refine": refine}, "omitted for many files; refine each file by its own command")
+        refuse_given({"--refine": refine}, "omitted for many files; refine each file by its own command")
         if workers is not None and scheduler is not None:
             check.refuse("--workers", workers, "omitted with --scheduler, because the scheduler has workers")
         options |= {"compress": compress or "lz4", "client": scheduler, "workers": workers, "seams": seams}
         return _shade_many((mesh, *more), output, lighting, options)
     allowed = "omitted for a single mesh and an output file (it applies to many files and -o FOLDER/)"
-    _refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
+    refuse_given({"--workers": workers, "--scheduler": scheduler, "--seams": seams}, allowed)
     refuse_suffix(target, "a mesh", _OUTPUTS)
     if suffix in _WITHOUT_ARRAYS:
-        _refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no named arrays")
+        refuse_given({"--array": array, "--components": components}, f"omitted: a {suffix} file has no named arrays")
     if suffix not in _COMPRESSED:
-        _refuse_given({"--compress": compress}, f"used with {', '.join(_COMPRESSED)} only")
+        refuse_given({"--compress": compress}, f"used with {', '.join(_COMPRESSED)} only")
     size, display = size or SIZE, Display(exposure or 0.0, tone or "none")
     pictures.refuse_size(size)
     with busy(f"Lighting {mesh}"):
@@ -168,33 +169,16 @@ def _shade_many(meshes: Sequence[str], output: str, lighting: LightingOptions, o
 
     `options` are further arguments of `shade_files`.
     """
-    _refuse_given({"--occluder": lighting.occluder}, "omitted for many files")
+    refuse_given({"--occluder": lighting.occluder}, "omitted for many files")
     scene = None
     if lighting.scene is not None:
         scene = lighting.with_rays(lighting.with_sun(Scene.load(lighting.scene)))
     else:
         given: dict[str, Any] = {"--shadows": lighting.shadows, "--ambient-occlusion": lighting.ambient_occlusion}
         given |= {"--bounces": lighting.bounces or None, "--sun": lighting.sun}
-        _refuse_given(given, "used with --scene for many files")
+        refuse_given(given, "used with --scene for many files")
     with busy("Lighting many files"):
         batch = shade_files(meshes, output, scene, lighting.materials(), **options)
     batch = replace(batch, note=batch.note.replace('seams="merge"', "--seams merge"))
     print(batch, file=sys.stderr if batch.failed else sys.stdout)
     return 1 if batch.failed else 0
-
-
-def _refuse_given(options: Mapping[str, Any], allowed: str) -> None:
-    """Raise ``ValueError`` for the first option in `options` that was given on the command line.
-
-    An option with the value None, False or () was not given.
-
-    Parameters
-    ----------
-    options : mapping
-        Name → value of options that are not allowed here.
-    allowed : str
-        The allowed use, which completes the sentence "<option> must be …".
-    """
-    for option, given in options.items():
-        if given is not None and given is not False and given != ():  # 0 counts as given, although it equals False
-            check.refuse(option, given, allowed)

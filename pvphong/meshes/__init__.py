@@ -9,6 +9,7 @@
 - `stages`: surfaces on which meshes stand.
 - `visibility`: triangles of meshes that block light, and visibility of the lights from a mesh's vertices.
 - `transport`: transport of light between the vertices of meshes.
+- `sky_study`: times and a place, and what the sun, the sky and the ground send then.
 - `daylight`: implements `mesh.phong.daylight`: light of sun and sky, summed over many times.
 - `irradiance`: implements `mesh.phong.irradiance`: light that arrives, in the unit of the lights.
 - `glance`: a quick warning of normals that point the wrong way.

@@ -1,6 +1,6 @@
 """`mesh.phong.daylight`: light of the sun and the sky on a mesh, summed over many times, for any weather.
 
-In order: the function; the times, and the light that sun and sky emit; `Daylight`, the result; files.
+In order: the function; `Daylight`, its result; files.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import functools
 import hashlib
 import importlib
 import json
-import math
 import os
 import time
 import warnings
@@ -26,18 +25,19 @@ from pvphong.base import check, threads
 from pvphong.base.files import written_aside
 from pvphong.base.processes import available_memory
 from pvphong.base.text import html_table
-from pvphong.base.types import Float64Array, IntArray, MatrixLike
+from pvphong.base.types import Float64Array, MatrixLike
+from pvphong.geometry.extent import Box
 from pvphong.meshes.colormaps import scale_of_light
+from pvphong.meshes.sky_study import Moments, SkyStudy, microseconds
 from pvphong.meshes.surfaces import FeatureAngle, point_normals, polygons, shallow_copy, split_sharp_edges, surface
 from pvphong.meshes.transport import Exchanging, transport_of
 from pvphong.meshes.visibility import KnownOccluders, checked_occluders, receiver_of
 from pvphong.optics.area.patches import Patches
-from pvphong.optics.sky import radiances
 from pvphong.rays.casting import Occluders, warn_of_slow_rays
-from pvphong.rays.daylight import Coefficients, Received, SkyTracer, Sources, SunBins, received, sun_bins
+from pvphong.rays.daylight import Coefficients, Received, SkyTracer, SunBins, received
 from pvphong.rays.transport import Transport
 from pvphong.scene.daylight import ALBEDO
-from pvphong.scene.sun import Irradiances, Place, checked_place, extraterrestrial, moments, sun_position
+from pvphong.scene.sun import Irradiances, Place, sun_position
 from pvphong.scene.weather import irradiances
 
 PatchCount = Literal[145, 577]
@@ -46,11 +46,8 @@ Result = Literal["total", "sun_hours", "direct", "diffuse", "reflected"]
 MEMORY = 2.0e9
 """Default memory limit of daylight coefficients in bytes."""
 
-# Number of patches → number of parts of the sides of Tregenza's patches.
-_FINER = {145: 1, 577: 2}
 _WORTH_A_WARNING = 2**10  # vertices
 _PROBED = 2**11  # vertices that are sampled to estimate the cost of all rays
-_SECONDS_PER_HOUR = 3600.0
 
 
 def daylight(
@@ -142,31 +139,24 @@ def daylight(
     source = shallow_copy(split_sharp_edges(surface(mesh), feature_angle)[0])
     source.points = np.array(source.points)  # rays are cast later, when the mesh may have changed
     normals = functools.cache(lambda: point_normals(source))
-    place, count = checked_place(place), check.number("patches", patches)
-    if count not in _FINER:
-        check.refuse("patches", patches, "145 or 577")
-    sky = Patches(_FINER[int(count)])
-    rays = check.whole("samples", samples, at_least=2, at_most=64)
-    moment = Moments.of(times, place, check.number("sun_bin", sun_bin, at_least=0.0, at_most=5.0))
+    sky = SkyStudy.of(times, place, albedo=albedo, patches=patches, samples=samples, sun_bin=sun_bin)
     bounces = check.whole("bounces", bounces, at_least=0, at_most=100)
     memory = check.number("memory", memory, at_least=0.0)
-    albedo = check.number("albedo", albedo, at_least=0.0, at_most=1.0)
-    _warn_of_degrees(source, place)
+    warn_of_degrees((source.points.min(axis=0), source.points.max(axis=0)), place, stacklevel=3)
     receiver, known = receiver_of(source, normals, matrix, 0), occluders
     if not isinstance(known, KnownOccluders):
         own = [receiver.faces] if receiver.part is not None else []
         known = KnownOccluders(Occluders([*own, *checked_occluders(occluders)]), receiver.part)
     receiver = replace(receiver, part=known.own_index)
-    tracer = SkyTracer(receiver, known.occluders, place.axes, sky, rays, moment.bins.directions)
-    _refuse_too_large(tracer, memory)
+    tracer = SkyTracer(receiver, known.occluders, place.axes, sky.patches, sky.samples, sky.moments.bins.directions)
+    refuse_too_large(tracer, memory)
     among = transport_of([Exchanging(source, normals, matrix)], occluders) if bounces else None
-    cast = _Rays(tracer, among)
-    given = irradiances(weather, moment.index, place)
-    return Daylight(_Study(source, moment, place, sky, albedo, bounces, cast), given)
+    given = irradiances(weather, sky.moments.index, place)
+    return Daylight(_Study(**vars(sky), source=source, bounces=bounces, cast=_Rays(tracer, among)), given)
 
 
-def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
-    """Raise ValueError if the coefficients of a tracer would exceed the limit `memory` or the free memory, in bytes."""
+def refuse_too_large(tracer: SkyTracer, memory: float) -> None:
+    """Raise ValueError if the coefficients would exceed the limit or the free memory."""
     available, limit = available_memory(), memory
     if available is not None:
         limit = min(limit, float(available))
@@ -177,100 +167,38 @@ def _refuse_too_large(tracer: SkyTracer, memory: float) -> None:
         check.refuse("memory", f"{limit:.3g} bytes", f"at least {tracer.bytes_needed:.3g} bytes for {of}", remedy)
 
 
-def _warn_of_degrees(source: pv.PolyData, place: Place) -> None:
-    """Warn if the coordinates of the surface `source` seem to be longitudes and latitudes at the place."""
-    low, high = source.points.min(axis=0), source.points.max(axis=0)
-    where = np.array((place.longitude, place.latitude))
+def warn_of_degrees(box: Box, place: Place, stacklevel: int) -> None:
+    """Warn if the coordinates of a mesh seem to be longitudes and latitudes.
+
+    Parameters
+    ----------
+    box : (low, high)
+        Least and greatest coordinates of the mesh.
+    place : Place
+        The place.
+    stacklevel : int
+        The frame to which the warning belongs, counted from the caller of this function, which is 1.
+    """
+    (low, high), where = box, np.array((place.longitude, place.latitude))
     if (
         (low[:2] <= where).all()
         and (where <= high[:2]).all()
         and 0.0 < (high - low)[:2].max() < 5.0 < np.abs(where).max()
     ):
         message = "The mesh's coordinates look like degrees of longitude and latitude. Project them to metres first."
-        warnings.warn(message, UserWarning, stacklevel=4)
-
-
-# --- times, and what the sun and the sky send
-
-
-def _microseconds(index: Any) -> IntArray:
-    """Return the times of a pandas index as microseconds since 1970 in UTC."""
-    return np.asarray(index.as_unit("us").asi8)
-
-
-class Moments(NamedTuple):
-    """Times at a place, and the sun there."""
-
-    index: Any
-    """The t times, a pandas.DatetimeIndex."""
-    hours: float
-    """Length in hours of the step of time around each moment."""
-    to_sun: Float64Array
-    """Unit vectors to the sun, shape (t, 3)."""
-    is_day: Any
-    """True where the sun is above the horizon, shape (t,)."""
-    bins: SunBins
-
-    @classmethod
-    def of(cls, times: Any, place: Place, degrees: float) -> Self:
-        """Check times, and compute the sun's positions.
-
-        `degrees` is the largest angle to a chosen position, as in `sun_bins`.
-        """
-        index = moments(times)
-        steps = np.diff(_microseconds(index)) / (1e6 * _SECONDS_PER_HOUR)
-        hours = float(steps.min(initial=math.inf)) if len(steps) else 1.0
-        if hours <= 0.0:
-            got = index[int(steps.argmin()) + 1].isoformat()
-            check.refuse("times", f"{got} after a later or equal time", "in ascending order", "Sort them.")
-        if len(steps) and not np.allclose(steps / hours, np.rint(steps / hours), rtol=0.0, atol=1e-3):
-            remedy = "For example pandas.date_range(start, end, freq='h', tz='Europe/Berlin')."
-            check.refuse("times", "uneven steps", f"in steps that are multiples of the least, {hours:g} h", remedy)
-        sun = sun_position(index, place)
-        is_day = sun.altitude > 0.0
-        return cls(index, hours, sun.direction, is_day, sun_bins(sun.direction, is_day, degrees))
-
-
-@dataclass(frozen=True, eq=False)
-class _Study:
-    """All inputs of a study of daylight except the weather."""
-
-    source: pv.PolyData
-    moments: Moments
-    place: Place
-    patches: Patches
-    albedo: float
-    bounces: int
-    cast: _Rays
-
-    def sources(self, weather: Irradiances) -> Sources:
-        """Return the light that the sun, the sky and the ground emit in a weather, summed over the times."""
-        index, hours, to_sun, is_day, bins = self.moments
-        axes, patches = self.place.axes, self.patches
-        direct, local = np.where(is_day, weather.direct_normal, 0.0), to_sun @ axes.T
-        points = patches.points(_POINTS)
-        level = np.repeat(patches.moments[:, 2] / points.shape[1], points.shape[1])
-        lit = weather.diffuse_horizontal > 0.0
-        given = local[lit], direct[lit], weather.diffuse_horizontal[lit], extraterrestrial(index)[lit]
-        sky = np.zeros(len(patches) * points.shape[1])
-        for some in np.array_split(np.arange(lit.sum()), max(int(lit.sum()) // _TIMES_AT_ONCE, 1)):
-            sky += radiances("perez", points.reshape(-1, 3), level, *(each[some] for each in given)).sum(axis=0)
-        count, of_days = len(bins.directions), bins.of_times[is_day]
-        sun = [np.bincount(of_days, (direct * each)[is_day], count) for each in to_sun.T]
-        on_ground = weather.diffuse_horizontal + direct * np.maximum(local[:, 2], 0.0)
-        return Sources(
-            hours * sky.reshape(len(patches), -1).mean(axis=1),
-            hours * self.albedo / math.pi * float(on_ground.sum()),
-            np.asarray(hours * np.stack(sun, axis=1).reshape(count, 3), np.float64),
-            np.asarray(hours * np.bincount(of_days, minlength=count), np.float64),
-        )
-
-
-# Number of points in each patch at which a sky's radiance is computed, and of times whose skies are computed together.
-_POINTS, _TIMES_AT_ONCE = 4, 256
+        warnings.warn(message, UserWarning, stacklevel=stacklevel + 1)
 
 
 # --- the result
+
+
+@dataclass(frozen=True, eq=False)
+class _Study(SkyStudy):
+    """Everything about a study of daylight but the weather."""
+
+    source: pv.PolyData
+    bounces: int
+    cast: _Rays
 
 
 class DaylightCost(NamedTuple):
@@ -361,7 +289,7 @@ class Daylight:
     def _repr_html_(self) -> str:
         """Return a table of the results. Before rays are cast, it has only their names."""
         rows = []
-        for name in _RESULTS:
+        for name in RESULTS:
             unit_of = "hours" if name == "sun_hours" else "Wh/m²"
             shown = ("not computed yet", "")
             if self._study.cast.kept is not None:
@@ -435,7 +363,7 @@ class Daylight:
     def mesh(self) -> pv.PolyData:
         """The surface with the point arrays ``sun_hours``, ``direct``, ``diffuse``, ``reflected`` and ``total``."""
         result = self._study.source.copy()
-        for name in _RESULTS:
+        for name in RESULTS:
             result.point_data[name] = np.array(getattr(self, name))
         return result
 
@@ -466,7 +394,7 @@ class Daylight:
         >>> day = pd.date_range("2026-06-21T00:30", periods=24, freq="h", tz="Europe/Berlin")
         >>> pv.Sphere().phong.daylight(day, ph.Place(48.14, 11.58)).plot("sun_hours", off_screen=True)
         """
-        values = getattr(self, check.choice("name", name, _RESULTS))
+        values = getattr(self, check.choice("name", name, RESULTS))
         scale, unit_of = (1.0, "h") if name == "sun_hours" else (1.0, "Wh/m²")
         if name != "sun_hours" and values.max(initial=0.0) > _MANY:
             scale, unit_of = 1e-3, "kWh/m²"
@@ -538,7 +466,7 @@ class Daylight:
         connectivity, offsets = polygons(study.source)
         index, bins = study.moments.index, study.moments.bins
         arrays = {
-            "times": _microseconds(index),
+            "times": microseconds(index),
             "directions": bins.directions,
             "of_times": bins.of_times,
             "points": np.asarray(study.source.points),
@@ -579,7 +507,7 @@ class Daylight:
             return check.refuse("path", os.fspath(path), "a file written by Daylight.save", reason)
 
 
-_RESULTS = "sun_hours", "direct", "diffuse", "reflected", "total"
+RESULTS = "sun_hours", "direct", "diffuse", "reflected", "total"
 _TITLES = {
     "sun_hours": "Sun hours",
     "direct": "Sunlight",
@@ -619,5 +547,6 @@ def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> tuple[_Study, I
     among = None if "hits" not in arrays else Transport.of_hits(arrays["hits"])
     cast = _Rays(None, among, coefficients, arrays["normals"])
     when = Moments(index, header["hours"], sun.direction, sun.altitude > 0.0, bins)
-    study = _Study(source, when, place, Patches(header["finer"]), header["albedo"], header["bounces"], cast)
+    sky = SkyStudy(when, place, Patches(header["finer"]), header["samples"], header["albedo"])
+    study = _Study(**vars(sky), source=source, bounces=header["bounces"], cast=cast)
     return study, Irradiances(*(arrays[name] for name in Irradiances._fields))

@@ -5,6 +5,6 @@
 - `scene.py`: combines lights, viewer and light model, and stores them in files.
 - `presets.py`: ready-made lights.
 - `sun.py`: places on the Earth, and the sun there; `weather.py`: irradiances.
-- `daylight.py`: the sun and the sky of a moment.
+- `daylight.py`: the sun and the sky of a moment; `sun_by_date.py`: by place, day and hour.
 - `options.py`: errors for options that belong to a scene or a material.
 """

@@ -10,12 +10,18 @@ from pvphong.optics.lights import DirectionalLight, EnvironmentLight
 from pvphong.optics.sky import SkyModel
 from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
-from pvphong.scene.sun import Place, checked_place, clear_sky, extraterrestrial, moments, sun_position
+from pvphong.scene.sun import Place, SunPosition, checked_place, clear_sky, extraterrestrial, moments, sun_position
 
 ALBEDO = 0.2
 """Default albedo of the ground: grass, soil or old asphalt."""
 
 _SUN_DIAMETER = 0.533  # degrees, at the mean distance
+
+
+def sun_light(sun: SunPosition, direct_normal: float) -> DirectionalLight:
+    """Return the sun at a position, the first of `sun`, as a light of the given intensity."""
+    x, y, z = sun.direction[0].tolist()
+    return DirectionalLight((-x, -y, -z), angle=_SUN_DIAMETER, intensity=direct_normal, name="sun")
 
 
 def daylight_scene(
@@ -90,7 +96,7 @@ def daylight_scene(
     x, y, z = sun.direction[0].tolist()
     lights: list[Light] = []
     if sun.altitude[0] > 0.0:
-        lights.append(DirectionalLight((-x, -y, -z), angle=_SUN_DIAMETER, intensity=scale * direct, name="sun"))
+        lights.append(sun_light(sun, scale * direct))
     else:
         direct = 0.0
     of_sky: Any = {"direct_normal": direct, "diffuse_horizontal": diffuse, "model": model, "albedo": albedo}

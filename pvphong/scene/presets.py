@@ -12,10 +12,13 @@ from pvphong.base import check
 from pvphong.base.types import Float64Array
 from pvphong.base.vectors import unit_vector
 from pvphong.optics.lights import DirectionalLight, EnvironmentLight, Light, PointLight, RectangleLight
+from pvphong.scene.sun_by_date import SunByDate, Up
 from pvphong.scene.viewer import Viewer
 
 _AWAY = 1.0
 """Distance of the lights from the centre, in diagonals of the mesh's bounds."""
+_FOR_PICTURES = 1.0 / 900.0
+"""Scale of lights in W/m² for colours from 0 to 1."""
 _NEARLY_ALONG_UP = 0.2  # sine of the angle between the view axis and `up`
 
 
@@ -178,6 +181,28 @@ def _sky(mesh: Any, viewer: Viewer | None = None) -> tuple[Light, ...]:
     return sun, EnvironmentLight(image=_SKY, up=around.viewer.up, intensity=0.5, name="sky")
 
 
+def _sun(
+    mesh: Any,
+    viewer: Viewer | None = None,
+    *,
+    latitude: float = 48.14,
+    longitude: float = 11.58,
+    day: int = 172,
+    hour: float = 10.0,
+    up: Up | None = None,
+    scale: float = _FOR_PICTURES,
+) -> tuple[Light, ...]:
+    around = Surroundings(mesh, viewer)
+    at = SunByDate(latitude, longitude, day, hour, up or up_of(around.viewer))
+    return at.lights(check.number("scale", scale, above=0.0))
+
+
+def up_of(viewer: Viewer) -> Up:
+    """Return the axis of a mesh, y or z, that is nearer to a viewer's `up`."""
+    _, y, z = viewer.up
+    return "y" if abs(y) > abs(z) else "z"
+
+
 _ZENITH, _HORIZON, _GROUND = (0.45, 0.62, 0.95), (0.95, 0.97, 1.0), (0.3, 0.27, 0.23)
 _SKY = np.array([[np.add(np.multiply(t, _ZENITH), np.multiply(1.0 - t, _HORIZON))] * 2 for t in np.linspace(1, 0, 8)])
 _SKY = np.concatenate([_SKY, np.broadcast_to(_GROUND, (8, 2, 3))]).astype(np.float32)
@@ -194,6 +219,10 @@ class Setups(Mapping[str, Callable[..., tuple[Light, ...]]]):
     - "two softboxes": equal softboxes on both sides, for surfaces without harsh shadows.
     - "rim": narrow softboxes behind the mesh, for outlines and glass.
     - "sky": a low sun, and a blue sky over brown ground.
+    - "sun": the sun and the clear sky of a place, a day and an hour; needs the extra `sun`. Options: `latitude` and
+      `longitude` in degrees (default: Munich); `day` of the year (172, 21 June); `hour` (10), in the zone of the
+      longitude without daylight saving time; `up`, the mesh's axis "z" or "y" (default: that of the viewer), with north
+      along +y or -z; and `scale` (1/900), 1 for lights in W/m². It raises ``ValueError`` at night.
 
     The viewer defaults to PyVista's default view of the mesh. The lights do not move with the viewer.
 
@@ -203,6 +232,7 @@ class Setups(Mapping[str, Callable[..., tuple[Light, ...]]]):
     >>> mesh = pv.Sphere()
     >>> [light.name for light in ph.setups["product"](mesh)]
     ['key', 'fill', 'rim']
+    >>> evening = ph.Scene(ph.setups["sun"](mesh, hour=18), light_model=ph.LightModel(shadows=True))
     """
 
     def __getitem__(self, name: str) -> Callable[..., tuple[Light, ...]]:
@@ -227,6 +257,7 @@ _SETUPS: Mapping[str, Callable[..., tuple[Light, ...]]] = {
     "two softboxes": _two_softboxes,
     "rim": _rim,
     "sky": _sky,
+    "sun": _sun,
 }
 
 setups = Setups()

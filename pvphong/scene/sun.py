@@ -12,7 +12,7 @@ import importlib.util
 import warnings
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -239,18 +239,29 @@ class Irradiances(NamedTuple):
     """Irradiance by the sky on an open horizontal surface, shape (n,)."""
 
 
-def clear_sky(index: Any, place: Place) -> Irradiances:
+def clear_sky(index: Any, place: Place, turbidity: float | None = None) -> Irradiances:
     """Return the irradiances under a cloudless sky.
 
-    `index` has the times, as from `moments`. Source: P. Ineichen, R. Perez, "A new airmass independent formulation for
-    the Linke turbidity coefficient", 2002, with pvlib's monthly map of turbidity.
+    `index` has the times, as from `moments`. `turbidity` is Linke's; by default it is read from pvlib's monthly map,
+    which takes a third of the time. Source: P. Ineichen, R. Perez, "A new airmass independent formulation for the Linke
+    turbidity coefficient", 2002.
     """
     library = pvlib("weather=None")
     where = library.location.Location(place.latitude, place.longitude, altitude=place.altitude)
     with warnings.catch_warnings():  # pvlib calls deprecated functions of pandas 3
         warnings.simplefilter("ignore", DeprecationWarning)
-        found = where.get_clearsky(index)
+        found = where.get_clearsky(index, **({} if turbidity is None else {"linke_turbidity": turbidity}))
     return Irradiances(found["dni"].to_numpy(np.float64), found["dhi"].to_numpy(np.float64))
+
+
+@lru_cache(maxsize=64)
+def linke_turbidity(latitude: float, longitude: float, day: datetime) -> float:
+    """Return the turbidity of a clear sky at noon of a day, from pvlib's monthly map."""
+    library, pandas = pvlib(), importlib.import_module("pandas")
+    noon = pandas.DatetimeIndex([datetime(day.year, day.month, day.day, 12)], tz="UTC")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return float(library.clearsky.lookup_linke_turbidity(noon, latitude, longitude).iloc[0])
 
 
 def extraterrestrial(index: Any) -> Float64Array:

@@ -5,6 +5,7 @@ Visible meshes cast shadows on each other. A mesh that cannot be lit is not draw
 
 from __future__ import annotations
 
+import math
 import textwrap
 import warnings
 import weakref
@@ -310,6 +311,8 @@ class LitActors:
         scene, self.note = self._scene(), ""
         model, samples = scene.light_model, None
         if model.needs_rays:
+            for mesh in meshes:
+                mesh.ray_tolerance = _ray_tolerance(self.display)
             self._gather_occluders(meshes)
             is_final = waits or bool(model.bounces) or not (self.is_in_a_page or self._is_on_screen)
             how = {"held": self.uses_preview_rays, "waits": is_final}
@@ -414,3 +417,12 @@ class LitActors:
         self._end_timer()
         self.stop()
         self._meshes.clear()
+
+
+def _ray_tolerance(display: Display) -> float:
+    """Return the standard error of colours that is at most one step of a screen, after an exposure below 0.
+
+    Lights in W/m² need an exposure of about -10; rays for colours from 0 to 1 would be far too many for them. Two stops
+    are one step, so that few changes of the exposure cast rays again.
+    """
+    return 4.0 ** math.floor(max(-display.exposure, 0.0) / 2.0) / 255.0

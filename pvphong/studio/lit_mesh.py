@@ -97,6 +97,8 @@ class LitMesh:
         self.actor: pv.Actor | None = None
         self.evaluations = 0
         """Number of times the colours have been computed."""
+        self.ray_tolerance = 1.0 / 255.0
+        """Standard error of colours up to which rays to lights with a size, and to the sky, are cast."""
         self.bounced: FloatArray | None = None
         """Bounced light in the current colours, shape (1, n, 3)."""
         self._opacity = map_in("opacity", opacity)
@@ -180,7 +182,8 @@ class LitMesh:
         This is the mesh's own geometry, the geometry of `occluders`, and the light model of the scene.
         """
         model = scene.light_model
-        return self.geometry(), occluders and occluders.occluders, model.two_sided, model.occlusion_distance
+        around = occluders and occluders.occluders
+        return self.geometry(), around, model.two_sided, model.occlusion_distance, self.ray_tolerance
 
     def _seen(self, scene: Scene, occluders: KnownOccluders | None, samples: int | None) -> Visibility:
         """Return the visibility in a scene. Known results are reused if they have enough rays.
@@ -192,7 +195,7 @@ class LitMesh:
             known = self._visibility[1]
         else:
             how: dict[str, Any] = {"occluders": occluders or (), "matrix": self.matrix}
-            known = visibility_of(self.drawn, lambda: self.normals, scene, **how)
+            known = visibility_of(self.drawn, lambda: self.normals, scene, tolerance=self.ray_tolerance, **how)
         return known.for_lights(scene.world_lights, light_labels(scene), samples)
 
     def _planned(self, scene: Scene, visibility: Visibility | None) -> tuple[Plan, Vertices]:

@@ -12,7 +12,7 @@ import pyvista as pv
 from batch.cutting import SCENE, bare, save_pieces, series, surfaces
 
 import pvphong as ph
-from pvphong.batch import shading, worker
+from pvphong.batch import run, shading, worker
 from pvphong.batch.pieces import paths_of, pieces_and_indices
 
 GOLD = ph.Material.named("gold")
@@ -122,7 +122,8 @@ def test_checksums_of_lighting_differ_by_all_that_colours_depend_on():
     jobs = set()
     for content in (b"", b"oak", b"ash"):
         Path("oak.png").write_bytes(content)
-        jobs.add(worker.Job(SCENE, {"default": ph.Material(albedo="oak.png")}, None, {}, "run").checksum)
+        materials = {"default": ph.Material(albedo="oak.png")}
+        jobs.add(shading.ShadingJob(None, "phong", "run", "lz4", SCENE, materials, {}).checksum)
     assert len(jobs) == 3, "another image is another job"
 
 
@@ -161,7 +162,7 @@ def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(cli
         if fault == "damaged":
             broken.write_text("garbage")
         else:
-            patch.setattr(shading, "border_in", border_in)
+            patch.setattr(run, "border_in", border_in)
         batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
     assert (len(batch.done), set(batch.failed)) == (len(pieces) - 1, {broken, index})
     assert batch.failed[index] == f"not written, because 1 of its {len(pieces)} files failed"
@@ -177,7 +178,7 @@ def test_a_piece_that_cannot_be_read_leaves_the_index_unwritten_until_it_can(cli
     assert Path("lit/whole.pvtp").exists()
     if fault == "out of memory":  # pieces lit from the current inputs are kept
         next(Path("lit").rglob("part_0.vtp")).unlink()
-        monkeypatch.setattr(shading, "border_in", border_in)
+        monkeypatch.setattr(run, "border_in", border_in)
         batch = ph.shade_files(index, "lit", SCENE, GOLD, client=client)
         assert (broken in batch.skipped, batch.failed) == (True, {})
 

@@ -30,7 +30,8 @@ import pvphong as ph
 from pvphong.batch.culling import Outline, PotentialOccluders, potential_occluders, touching
 from pvphong.batch.pieces import Piece
 from pvphong.batch.seams import neighbours_of
-from pvphong.batch.worker import Job, border_in, light, look
+from pvphong.batch.shading import ShadingJob
+from pvphong.batch.worker import border_in, light, look
 from pvphong.meshes.files import read_mesh
 
 ALL = 1e12
@@ -106,7 +107,8 @@ def measured(files, out, client):
     out.mkdir()
     pieces = [Piece(path, Path(out, path.name), surface="city") for path in files]
     middle = len(files) // 2 + int(len(files) ** 0.5) // 2
-    piece, job = pieces[middle], Job(SCENE, {"default": ph.Material()}, None, {"name": "phong", "backend": "numba"}, "")
+    piece = pieces[middle]
+    job = ShadingJob(None, "phong", "", "lz4", SCENE, {"default": ph.Material()}, {"backend": "numba"})
     borders = [border_in(each) for each in pieces]
     outlines = [border.outline for border in borders]
     beside = [borders[other] for other in list(touching(outlines))[middle]]

@@ -19,7 +19,8 @@ from distributed import Client
 import pvphong as ph
 from pvphong.batch.pieces import Piece
 from pvphong.batch.seams import border_of
-from pvphong.batch.worker import Job, Result
+from pvphong.batch.shading import ShadingJob
+from pvphong.batch.worker import Result
 from pvphong.meshes.files import read_mesh
 
 TURNS, SMALL = 3, 500
@@ -76,7 +77,7 @@ def overhead(cluster, folder, piece):
         wall, busy = time.perf_counter() - begun, psutil.Process().cpu_times().user - before
     assert len(batch.skipped) == SMALL
     scene, material = measured_scene()
-    job = Job(scene, {"default": material}, None, {"name": "phong"}, "of three lights")
+    job = ShadingJob(None, "phong", "of three lights", "lz4", scene, {"default": material}, {})
     sent = len(pickle.dumps((Piece(Path(pattern), Path(pattern)), job)))
     back = len(pickle.dumps(Result(True, ())))
     border = len(pickle.dumps(border_of(piece)))

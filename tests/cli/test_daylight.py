@@ -85,6 +85,13 @@ def test_y_up():
         ("--place 48,11 -o a.vtp --epw none.epw", "--epw must be an EPW file that can be read; got none.epw"),
         ("--place 48,11 -o a.vtp --albedo 2", "--albedo must be a finite number >= 0 and <= 1; got 2"),
         ("--place 48,11 -o a.vtp --north 0,0,1", "--north must be not parallel to up"),
+        ("--place 48,11 -o a.vtp --workers 2", "--workers must be omitted for a single mesh"),
+        ("house.vtp --place 48,11", "--output must be a folder for many files; got no output. -o sun/ makes"),
+        ("house.vtp --place 48,11 -o a.vtp", "--output must be a folder for many files; got a.vtp. -o a.vtp/ makes"),
+        ("house.vtp --place 48,11 -o a --plot a.png", "--plot must be omitted for many files; got a.png"),
+        ("house.vtp --place 48,11 -o a --occluder house.vtp", "--occluder must be omitted for many files"),
+        ("house.vtp --place 48,11 -o a --bounces 1", "--bounces must be 0 for files, because light does not bounce"),
+        ("house.vtp --place 48,11 -o a --workers 1 --scheduler b", "--workers must be omitted with --scheduler"),
     ],
 )
 def test_what_is_refused(town, words, message, capsys):
@@ -93,3 +100,27 @@ def test_what_is_refused(town, words, message, capsys):
     assert said.startswith(f"error: {message}"), said
     assert said.count("\n") == 1
     assert not (town / "a.vtp").exists()
+    assert not (town / "a").exists()
+
+
+def test_a_city_in_many_files(town, monkeypatch, capsys):
+    from distributed import Client
+
+    from pvphong.cli import daylight as command
+
+    with Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+        files = command.daylight_files
+        monkeypatch.setattr(
+            command, "daylight_files", lambda *given, **options: files(*given, **options | {"client": client})
+        )
+        words = "daylight ground.vtp hou*.vtp --place 48.14,11.58 --day 2026-06-21 -o sun"
+        for counts in ("2 done, 0 skipped", "0 done, 2 skipped"):
+            assert run(words) == 0
+            assert counts in capsys.readouterr().out
+        (town / "house.vtp").write_text("garbage")
+        assert run(words) == 1
+        assert "house.vtp: mesh must be" in capsys.readouterr().err
+    # the ground alone now, as far as it can be read
+    assert run("daylight ground.vtp --place 48.14,11.58 --day 2026-06-21 -o alone.vtp") == 0
+    for name in ("sun_hours", "total"):
+        np.testing.assert_array_equal(pv.read("sun/ground.vtp")[name], pv.read("alone.vtp")[name])

@@ -181,7 +181,7 @@ GIVEN = {
 
 @pytest.mark.parametrize(("words", "expected"), GIVEN.items())
 def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, capsys):
-    from pvphong.batch.shading import Batch
+    from pvphong.batch.run import Batch
     from pvphong.cli import shade
 
     given = {}
@@ -198,7 +198,8 @@ def test_words_become_arguments_of_shade_files(words, expected, monkeypatch, cap
 
 
 def test_a_remark_on_many_files_names_the_option(monkeypatch, capsys):
-    from pvphong.batch.shading import _APART, Batch
+    from pvphong.batch.run import Batch
+    from pvphong.batch.shading import _APART
     from pvphong.cli import shade
 
     monkeypatch.setattr(shade, "shade_files", lambda *_, **__: Batch((Path("a.vtp"),), (), {}, _APART))

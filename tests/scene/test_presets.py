@@ -1,5 +1,7 @@
 """Ready-made lights, compared with PyVista's and VTK's."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -56,11 +58,16 @@ def test_what_cannot_be_lit(arguments, message):
         three_point(**{"mesh": pv.Sphere(), "viewer": VIEWER} | arguments)
 
 
+SETUPS = [
+    pytest.param(name, marks=pytest.mark.skipif(name == "sun" and not find_spec("pvlib"), reason="needs pvlib"))
+    for name in ph.setups
+]
+
 BALL = pv.Sphere(radius=2.0, center=(7, -3, 5), theta_resolution=60, phi_resolution=60)
 WHITE = ph.Material(ambient=0.0, diffuse=1.0)
 
 
-@pytest.mark.parametrize("name", ph.setups)
+@pytest.mark.parametrize("name", SETUPS)
 @pytest.mark.parametrize("viewer", [None, VIEWER, Viewer((7, -3, 60), (7, -3, 5), (0, 1e-9, 1))])
 def test_set_ups_light_a_white_ball_well_and_clip_nothing(name, viewer):
     lights = ph.setups[name](BALL, viewer)
@@ -71,7 +78,7 @@ def test_set_ups_light_a_white_ball_well_and_clip_nothing(name, viewer):
     assert lit.mean() > 0.05
 
 
-@pytest.mark.parametrize("name", ph.setups)
+@pytest.mark.parametrize("name", SETUPS)
 def test_a_set_up_moves_and_grows_with_its_mesh(name):
     """Colours do not depend on the mesh's unit and place."""
     near, far = BALL.translate(-np.array(BALL.center)), BALL.scale(100.0)
@@ -89,7 +96,7 @@ def test_softboxes_are_above_the_horizon_of_a_viewer_who_looks_down():
             assert np.dot(light.direction, light.position) < 0.0  # towards the centre
 
 
-@pytest.mark.parametrize("name", ph.setups)
+@pytest.mark.parametrize("name", SETUPS)
 @pytest.mark.parametrize("mesh", [pv.PolyData(), (0, 0, 1, 1, 2, 2), "sphere"])
 def test_set_ups_refuse_what_has_no_size(name, mesh):
     with pytest.raises(ValueError, match=r"^bounds must be"):
@@ -97,7 +104,7 @@ def test_set_ups_refuse_what_has_no_size(name, mesh):
 
 
 def test_an_unknown_set_up_is_refused_and_all_are_named():
-    assert list(ph.setups) == ["three-point", "product", "two softboxes", "rim", "sky"]
+    assert list(ph.setups) == ["three-point", "product", "two softboxes", "rim", "sky", "sun"]
     assert "portrait" not in ph.setups
     with pytest.raises(ValueError, match=r"^name must be one of .*; got portrait"):
         ph.setups["portrait"]

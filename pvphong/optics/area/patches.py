@@ -17,6 +17,7 @@ import numpy as np
 
 from pvphong.base import sobol
 from pvphong.base.types import Float64Array
+from pvphong.base.vectors import all_dots
 
 _IN_ROWS = 30, 30, 24, 24, 18, 12, 6
 
@@ -98,6 +99,6 @@ class Patches:
         most 0.01 % of π.
         """
         half = self.half_height
-        mean = normals @ (self.moments / self.areas[:, None]).T
+        mean = all_dots(normals, self.moments / self.areas[:, None])
         partly = np.clip(mean + half, 0.0, 2.0 * half)
         return (partly * partly * (0.25 / half) + np.maximum(mean - half, 0.0)) * self.areas

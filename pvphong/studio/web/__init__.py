@@ -7,6 +7,7 @@ Read in this order:
 2. `kinds`: lights and reflectances by name. `coloring`: the choice of an array and its colormap. `mix`: faders, which
    scale each light's contribution.
 3. `opening`: the files that are shown, and lights that fit another one. `staging`: the stage under them.
+   `set_ups`: set-ups of lights, and the sun by date and place.
    `new_light`: the place and the intensity of a new light. `placing`: a light's angles and distance about its target.
    `skies`: images of environment lights. `document`: the editable values, named by keys, with one undo history for
    panels and gizmos.

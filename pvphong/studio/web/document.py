@@ -31,7 +31,6 @@ from pvphong.optics.maps import Map
 from pvphong.optics.material import Material, as_material
 from pvphong.optics.reflectances import REFLECTANCES
 from pvphong.scene.light_model import LightModel
-from pvphong.scene.presets import setups
 from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
@@ -46,6 +45,7 @@ from pvphong.studio.web.mix import Mix, MixState
 from pvphong.studio.web.new_light import brightened, placed_before
 from pvphong.studio.web.opening import OpenFile, Opening, Part, own_names
 from pvphong.studio.web.placing import placed, placing_of
+from pvphong.studio.web.set_ups import SetUps, SunState
 from pvphong.studio.web.settings import Accuracy, Background, Surfaces
 from pvphong.studio.web.skies import image_in, with_image
 from pvphong.studio.web.staging import Staging
@@ -83,6 +83,7 @@ class DocumentState(NamedTuple):
     parts: tuple[Part, ...]
     stage: LitMesh | None
     background: Background
+    sun: SunState | None
 
 
 class Document:
@@ -106,6 +107,7 @@ class Document:
         self._accuracy = Accuracy(refine=min(refined, default=None))
         self.mix = Mix(subplot)
         self.staging = Staging(phong, subplot)
+        self.set_ups = SetUps(phong, subplot)
         self._is_transparent = False
         self.textures: dict[Map, str] = {}
         """File names of uploaded textures."""
@@ -162,6 +164,7 @@ class Document:
             parts=() if self._opening is None else self._opening.parts,
             stage=self.staging.mesh,
             background=self.background,
+            sun=self.set_ups.state,
         )
 
     def revert(self, now: DocumentState, then: DocumentState) -> None:
@@ -179,6 +182,7 @@ class Document:
             self._phong.display = then.display
         if now.accuracy != then.accuracy:
             self.accuracy = then.accuracy
+        self.set_ups.state = then.sun
         if now.mix != then.mix:
             self.mix.state = then.mix
         if now.feature_angles != then.feature_angles:
@@ -297,6 +301,7 @@ class Document:
         """
         with self._step():
             self._set(key, lambda value, name: edited(value, name, given, index))
+            self.set_ups.rest()
 
     def slide(self, key: str, given: Any) -> None:
         """Set a number from its slider, or a colour from its picker. All moves until `settle` are one undo step."""
@@ -309,6 +314,7 @@ class Document:
     def settle(self) -> None:
         """Record the movement of a slider or picker as one step."""
         sliding, self._sliding = self._sliding, None
+        self.set_ups.rest()
         self.history.end(self)
         if sliding is not None:
             self.history.record(self, sliding[1])
@@ -328,6 +334,8 @@ class Document:
                 self.background = change(self.background, name)
             case "display", name:
                 self._phong.display = change(self._phong.display, name)
+            case "sun", name:
+                self.set_ups.move(change(self.set_ups.sun, name))
             case "light", number, name:
                 self._set_light(self._light(number), name, change)
             case "place", number, name:
@@ -400,7 +408,8 @@ class Document:
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
         if any(known.on for known in self._subplot.lights.values):
-            light = brightened(light, self._subplot.scene, self._subplot.lit.shown)
+            white = 2.0**-self._phong.display.exposure
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, white)
         name = free_name(wanted, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -411,14 +420,8 @@ class Document:
 
     def set_up(self, name: str) -> None:
         """Replace all lights by a set-up from `setups`, around the visible meshes, as one undo step."""
-        make = setups[name]
-        bounds = [mesh.actor.GetBounds() for mesh in self._subplot.lit.subjects if mesh.actor is not None]
-        if not bounds:
-            check.refuse("mesh", "none", "open", "Open a mesh first.")
-        low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
         with self._step():
-            around = np.stack([low, high], axis=1).ravel().tolist()
-            self._subplot.lights.replace(make(around, self._subplot.lights.viewer))
+            self.set_ups.choose(name)
 
     def act(self, what: str, number: Any) -> str:
         """Duplicate, delete or solo a light, move it to the camera, or reset it; return a message."""
@@ -482,6 +485,7 @@ class Document:
             their materials. A stage without an entry of its own always keeps its material.
         """
         with self._step():
+            self.set_ups.leave()
             self._subplot.lights.replace(scene.lights)
             self._phong.light_model = scene.light_model
             stage = self.staging.mesh
@@ -645,6 +649,7 @@ class Document:
             key = f"light.{number}"
             is_selected = selected is not None and selected.renderer_light is each
             entries = {entry["name"]: entry for entry in in_words(form_of(light, key, self._middles))}
+            entries["intensity"]["unit"] = self.set_ups.unit_of(light, entries["intensity"]["unit"])
             lights.append(
                 {
                     "number": number,
@@ -690,6 +695,7 @@ class Document:
             "display": {entry["name"]: entry for entry in form_of(self._phong.display, "display", self._middles)},
             "accuracy": {entry["name"]: entry for entry in form_of(self.accuracy, "accuracy", self._middles)},
             "stage": self.staging.kind,
+            "sun": self.set_ups.shown(self._middles),
             "aiming": gizmos.awaits_click is not None,
             "mixing": self.mix.is_on,
             "evaluations": sum(mesh.evaluations for mesh in self._subplot.lit.meshes) + self.mix.evaluations,

@@ -42,6 +42,8 @@ _STOPS = 4.0
 """Range of the slider of a number without an upper limit: this many stops up and down, a factor of 2⁴ = 16 each."""
 
 
+_MOST_STOPS = 100.0
+
 _STEP = 2.0**-4
 """Least movement of that slider, in stops."""
 
@@ -207,7 +209,7 @@ def _slider(field: Field, value: float | None, key: str, middles: dict[str, floa
         return {"slide": min(max(stops, low), high), "from": low, "to": high, "step": _STEP, "stops": True}
     if value is None or not (field.least > -math.inf and field.most < math.inf):
         return {}
-    step = (field.most - field.least) / 200.0
+    step = 1.0 if field.is_whole else (field.most - field.least) / 200.0
     return {"slide": value, "from": field.least + step * field.is_open, "to": field.most, "step": step}
 
 
@@ -269,6 +271,7 @@ def slid(given: Any, value: Any, name: str) -> Any:
         given = check.number(name, given)
         if has_stops(field):
             given = 2.0 ** min(max(given, -_MOST_STOPS), _MOST_STOPS)
+        given = round(given) if field.is_whole else given
     return edited(value, name, given)
 
 

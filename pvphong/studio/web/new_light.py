@@ -59,12 +59,12 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
     return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light
 
 
-def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
+def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh], white: float = 1.0) -> Light:
     """Return a light with an intensity that raises the mean colour of the picture by a third of a stop.
 
     The mean is that of the surfaces that face the viewer. Shadows of the new light, and clipping, are neglected, so the
-    true increase may be smaller. A light adds at most 0.6 anywhere, so that a narrow spot is not too bright. If the
-    picture is black, or the light reaches nothing, the light is returned unchanged.
+    true increase may be smaller. A light adds at most 0.6 of white anywhere, so that a narrow spot is not too bright.
+    If the picture is black, or the light reaches nothing, the light is returned unchanged.
 
     Parameters
     ----------
@@ -74,6 +74,8 @@ def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
         The scene without the new light.
     meshes : sequence of LitMesh
         The meshes, with their present colours.
+    white : float, default 1
+        Colour that the display shows as white.
     """
     if scene.viewer is None:
         return light
@@ -86,9 +88,9 @@ def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh]) -> Light:
         added += _sum(share, triangles, weights)
         total += float(weights.sum())
         peak = max(peak, float(share[triangles[weights > 0.0]].max(initial=0.0)))
-    if not total or before < _DARK * total or not 0.0 < added < np.inf:
+    if not total or before < _DARK * white * total or not 0.0 < added < np.inf:
         return light
-    return replace(light, intensity=min((2.0**_STOPS - 1.0) * before / added, _BRIGHTEST / peak))
+    return replace(light, intensity=min((2.0**_STOPS - 1.0) * before / added, _BRIGHTEST * white / peak))
 
 
 def _sum(colors: Float64Array, triangles: np.ndarray, weights: Float64Array) -> float:

@@ -41,8 +41,12 @@ def with_image(light: Light, name: str, image: Any) -> Light:
     Values that are slow to compute from the image are computed now.
     """
     changes: dict[str, Any] = {name: image}
-    changed = replace(light, **changes)
+    return prepared(replace(light, **changes))
+
+
+def prepared(light: Light) -> Light:
+    """Return a light after everything that is slow to compute from its image, if it has one."""
     # Both calls cache slow computations with the image. Done here, these do not block the thread that draws.
-    vtk_values(changed)
-    changed.bands  # noqa: B018
-    return changed
+    vtk_values(light)
+    light.bands  # noqa: B018
+    return light

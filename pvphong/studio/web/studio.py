@@ -419,7 +419,7 @@ class Studio:
         subjects = set(self._subplot.lit.subjects)
         meshes = {name: mesh for mesh, name in self.document.names().items() if mesh in subjects}
         stage = next((mesh for mesh in self._subplot.lit.shown if mesh.stage is not None), None)
-        tolerance = self.document.accuracy.tolerance
+        tolerance = self.document.accuracy.tolerance or self.document.set_ups.tolerance
         textures = self.document.textures
         is_as_shown = self._subplot.lit.is_awaiting and not self._subplot.lit.softening.is_awaited  # which ends soon
         opening, scene = self._opening, self._subplot.scene

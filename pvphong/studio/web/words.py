@@ -7,6 +7,7 @@ from typing import Any
 
 LABELS: Mapping[str, str] = {
     "cmap": "colormap",
+    "day": "day of the year",
     "clim": "range",
     "feature_angle": "sharp edges from",
     "frame": "fixed to",
@@ -25,6 +26,9 @@ _VALUES: Mapping[str, Mapping[str, str]] = {
     "frame": {"world": "world", "camera": "camera", "headlight": "camera, at the eye"},
 }
 """Name of a field with choices → value → the page's word for it."""
+
+SETUPS: Mapping[str, str] = {"sun": "sun by date and place"}
+"""Set-ups of lights → the page's names for them, if they are different."""
 
 LIGHTS: Mapping[str, str] = {"rectangle": "softbox", "disk": "round softbox"}
 """Kinds of light in scene files → the page's names for them, if they are different."""

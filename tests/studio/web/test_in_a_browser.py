@@ -217,6 +217,39 @@ def test_a_set_up_is_chosen_by_its_picture_and_undone(page):
     page.until(lambda: [light["called"] for light in page.state("lights")] == before)
 
 
+def test_the_sun_by_date_and_place_follows_its_sliders(page):
+    pytest.importorskip("pvlib")
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    page.click("setups")
+    page.settled(lambda: page.all("setup-sun")[0].rect)
+    page.until(lambda: page.all("setup-sun")[0].find_element("css selector", "img").get_property("naturalWidth") > 30)
+    page.click("setup-sun")
+    page.until(lambda: "10:00 UTC+1 the sun is 54° high in the south-east" in page.all("sun-text")[0].text)
+    page.until(lambda: 50 < page.middle().mean() < 250)
+    assert [light["called"] for light in page.state("lights")] == ["sun", "sky"]
+    height = page.light("sun")["intensity"]["value"]
+    (hour,) = page.driver.find_elements("css selector", '[data-test="sun"] [data-field="hour"]')
+    page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", hour)
+    page.settled(lambda: hour.rect)
+    thumb = hour.find_element("css selector", "[role=slider]")
+    moves = ActionChains(page.driver, duration=20).click_and_hold(thumb)
+    for _ in range(5):
+        moves.move_by_offset(6, 0)
+    moves.release().perform()
+    page.until(lambda: page.state("sun")["fields"][3]["value"] > 12 and not page.state("local"))
+    page.until(lambda: "south-west" in page.all("sun-text")[0].text)
+    assert page.light("sun")["intensity"]["value"] != height
+    page.trigger("edit", "sun.hour", 2)
+    page.until(lambda: page.all("sun-text")[0].text.startswith("Night: on 21 June, 02:00 UTC+1"))
+    assert 50 < page.middle().mean() < 250
+    page.click("undo")
+    page.click("undo")  # the whole movement of the slider
+    page.until(lambda: page.state("sun")["fields"][3]["value"] == 10)
+    page.click("undo")
+    page.until(lambda: page.state("sun") is None and not page.all("sun"))
+
+
 def test_exposure_tone_curve_and_clipping_change_the_picture_and_no_colour_of_a_file(page):
     before, middle, evaluations = page.picture(), page.middle(), page.state("evaluations")
     page.type("exposure", "-2")

@@ -20,7 +20,7 @@ from pvphong.studio.web.inputs import (
 )
 from pvphong.studio.web.panels import ask
 from pvphong.studio.web.panels.panel import panel
-from pvphong.studio.web.words import LIGHTS
+from pvphong.studio.web.words import LIGHTS, SETUPS
 
 _SHOW_SELECTED = (
     "utils.get('setTimeout')(() => utils.get('document').querySelector('.studio-selected')"
@@ -55,13 +55,20 @@ def lights(kinds: Mapping[str, str]) -> None:
                 )
             with v.VList(density="compact"):
                 for name in setups:
-                    test = found_by(f"setup-{name.replace(' ', '-')}", f"Set-up: {name}")
-                    item = v.VListItem(name, click=f"trigger('set_up', ['{name}'])", **test)
+                    test = found_by(f"setup-{name.replace(' ', '-')}", f"Set-up: {SETUPS.get(name, name)}")
+                    item = v.VListItem(SETUPS.get(name, name), click=f"trigger('set_up', ['{name}'])", **test)
                     with item, v.Template(v_slot_prepend=True):
                         html.Img(src=f"thumbnail/setup/{name}", width=40, height=40, classes="mr-3", alt="")
         file_input("lamp", "add a measured lamp: .ies .ldt", accept=".ies,.ldt", v_if="has_mesh")
         ask.button()
         ask.options()
+        with v.VCard(v_if="sun", variant="outlined", classes="mt-3 pa-2", **found_by("sun", "Sun by date and place")):
+            html.Div(
+                "{{ sun.text }}",
+                classes=("'text-body-2' + (sun.night ? ' text-warning' : '')",),
+                **found_by("sun-text", status=True),
+            )
+            form("sun.fields")
         with v.VCard(
             v_for="light in lights",
             key=("light.number",),
