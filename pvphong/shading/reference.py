@@ -89,17 +89,27 @@ class Shading:
         return Shading(**changed)
 
     @classmethod
-    def empty(cls, count: int, lights: int, real: np.dtype[Any], *, components: bool) -> Shading:
-        """Allocate uninitialised arrays for `count` vertices and `lights` lights, with the NumPy type `real`.
+    def empty(cls, count: int, lights: int, real: np.dtype[Any], equation: Equation | None = None) -> Shading:
+        """Allocate arrays for `count` vertices and `lights` lights, with the NumPy type `real`.
 
-        If `components` is False, only `rgb` is allocated.
+        Only `rgb` is allocated unless an equation is given, of which the components are to be computed. Arrays to which
+        the equation adds nothing are zeros, which take no memory until they are written; so is `per_light` if a light
+        adds nothing. The others are not initialised.
         """
         rgb = np.empty((count, 3), real)
-        if not components:
+        if equation is None:
             return cls(rgb)
-        ambient, diffuse, specular, emission, base = (np.empty((count, 3), real) for _ in range(5))
-        per_light = np.empty((lights, count, 3), real)
-        return cls(rgb, ambient, diffuse, specular, emission, per_light, base)
+        shares = equation.shares
+        components, lit = {share.component for share in shares}, {share.light for share in shares}
+        names = "ambient", "diffuse", "specular", "emission"
+        of_components = {name: _new(name in components, (count, 3), real) for name in names}
+        per_light = _new(lit.issuperset(range(lights)), (lights, count, 3), real)
+        return cls(rgb, **of_components, per_light=per_light, base=_new(None in lit, (count, 3), real))
+
+
+def _new(is_lit: bool, shape: tuple[int, ...], real: np.dtype[Any]) -> FloatArray:
+    array: FloatArray = np.empty(shape, real) if is_lit else np.zeros(shape, real)
+    return array
 
 
 # Vertices per block: large enough that NumPy's cost per call is small, small enough for the caches.

@@ -22,7 +22,7 @@ from pvphong.shading.inside.places import Places, creases, lattice, peaks, sizes
 
 # Samples per block of a thread. The second number is for samples that may take a thousand rays each: small blocks
 # report progress often.
-_SAMPLES, _SAMPLES_BY_RAYS = 2**17, 2**13
+_SAMPLES, _SAMPLES_BY_RAYS = 2**17, 2**12
 
 _FIRST = np.concatenate([lattice(2), np.full((1, 3), 1.0 / 3.0)])
 _MORE = np.array([weights for weights in lattice(4) if (weights * 2.0 % 1.0).any()])
@@ -162,15 +162,37 @@ def pattern_errors(
 ) -> Float64Array:
     """Return the largest error in each triangle at the places of `pattern`, shape (m,).
 
-    `pattern`, shape (s, 3), are barycentric coordinates. `corners`, shape (m, 3), are the vertices of m triangles. With
-    `enough`, errors below it may be underestimated.
+    `pattern` are barycentric coordinates, shape (s, 3), with the permutations of each of its places, as `lattice` gives
+    them. `corners`, shape (m, 3), are the vertices of m triangles. With `enough`, errors below it may be
+    underestimated: under lights with a size, the places on a side that several triangles share are then sampled in one
+    of them. The others sample their own only if the error exceeds `enough`: from each side of the foot of a wall, for
+    example, other parts of the light are visible.
     """
+    if enough is None or not vertices.lighting.soft:
+        return _largest_errors(pattern, vertices, corners, enough)
+    inside, on_first_side = pattern[(pattern > 0.0).all(axis=1)], pattern[pattern[:, 2] == 0.0]
+    result = _largest_errors(inside, vertices, corners, enough)
+    turned = corners[:, [[0, 1, 2], [1, 2, 0], [2, 0, 1]]].reshape(-1, 3)  # each side as the first one
+    low, high = np.sort(turned[:, :2], axis=1).T
+    _, first, side = np.unique(low * len(vertices.points) + high, return_index=True, return_inverse=True)
+    of_sides = _largest_errors(on_first_side, vertices, turned[first], enough)[side]
+    others = of_sides > enough
+    others[first] = False
+    of_sides[others] = _largest_errors(on_first_side, vertices, turned[others], enough)
+    return np.maximum(result, largest(of_sides.reshape(-1, 3)))
+
+
+def _largest_errors(
+    pattern: Float64Array, vertices: LitVertices, corners: IntArray, enough: float | None
+) -> Float64Array:
+    """Return the result of `pattern_errors`, with samples at all places of the pattern in all triangles."""
     result = np.zeros(len(corners))
 
     def look(part: slice) -> None:
         result[part] = largest(_errors_at(vertices, corners[part], pattern, enough))
 
-    _in_parts(look, vertices, len(corners), len(pattern))
+    if len(pattern):
+        _in_parts(look, vertices, len(corners), len(pattern))
     return result
 
 

@@ -251,6 +251,8 @@ class Lighting:
             facing = np.nan_to_num(dot(columns(n), source.arrival(columns(p)).to_light))
             some = (result > 0.0) & (np.where(is_behind, -facing, facing) > 0.0)
         other = self._visibility.behind
+        if around is not None and around.goal is not None:
+            some &= around.goal.contribution.any(axis=1)  # elsewhere the visible part changes nothing
         for rows in (some & ~is_behind, some & is_behind):
             if not rows.any():
                 continue

@@ -16,7 +16,7 @@ from pvphong.base import threads
 from pvphong.base.types import BoolArray, FloatArray
 from pvphong.optics.maps import COLORS, fractions
 from pvphong.optics.reflectance import Lobe
-from pvphong.shading.equation import Equation, Share
+from pvphong.shading.equation import Equation
 from pvphong.shading.kernel import code, driver, records
 from pvphong.shading.kernel.code import Library, NotCompiled, Request
 from pvphong.shading.kernel.vertices import BLOCK, ROWS
@@ -68,7 +68,8 @@ def shade(
     result : Shading
         Receives the colours. `rgb` must be C-contiguous and is overwritten. Its type is float32, float64 or uint8. With
         uint8, arithmetic is in float32, and colours are rounded to 0-255 for display. Components, if present, are
-        overwritten too; with uint8 there must be none.
+        overwritten too, except that those to which the equation adds nothing must be zeros, as `Shading.empty` makes
+        them; with uint8 there must be none.
     whole : Equation, optional
         The equation before a plan simplified it; by default `equation`. It determines whether the kernel declines, and
         the type in which vertices are read. So neither depends on the positions of other vertices.
@@ -89,7 +90,6 @@ def shade(
     real = np.dtype(np.float64 if rgb.dtype == np.float64 else np.float32)
     codes = records.codes_of(whole, name_of(real))
     shown, apart = equation, None if result.base is None else _apart(equation, result)
-    black = _black(() if apart is None else apart.shares, result)
     if apart is not None:
         equation = replace(equation, terms=tuple(term for share in apart.shares for term in share.terms))
     if codes is not None and equation is not whole:
@@ -131,8 +131,6 @@ def shade(
 
     def work(first: int, last: int) -> None:
         part = slice(first, last)
-        for array in black:
-            array[part] = 0.0
         read = [reader(part) for reader in readers]
         seen = None if channels is None else channels[:, part]
         left_out = None
@@ -153,7 +151,7 @@ def shade(
         finally:
             if not has_none:
                 declined[:] = 0
-        lit = Shading.empty(len(left), equation.lights, real, components=apart is not None)
+        lit = Shading.empty(len(left), equation.lights, real, None if apart is None else shown)
         own_tints = {name: tint.at(part).at(left) for name, tint in tints.items()}
         seen = None if seen is None else seen[:, left]
         shade_by_reference(points[part][left], normals[part][left], shown, own_tints, lit, seen)
@@ -188,20 +186,6 @@ def _apart(equation: Equation, result: Shading) -> records.Apart | None:
     components = [offset(getattr(result, name)) if name in used else 0 for name in records.COMPONENTS]
     own: dict[int | None, int] = {None: offset(result.base)}
     return records.Apart(shares, own | dict(enumerate(map(offset, result.per_light))), components)
-
-
-def _black(shares: Sequence[Share], result: Shading) -> list[FloatArray]:
-    """Return the arrays of `result` that stay black because no share adds to them, shape (n, 3) each.
-
-    A share is one component of a light's contribution.
-    """
-    if result.base is None or result.per_light is None:
-        return []
-    components, lights = {share.component for share in shares}, {share.light for share in shares}
-    by_light = {None: result.base} | dict(enumerate(result.per_light))
-    return [getattr(result, name) for name in records.COMPONENTS if name not in components] + [
-        array for light, array in by_light.items() if light not in lights
-    ]
 
 
 def _of_lobes(

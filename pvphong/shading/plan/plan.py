@@ -200,7 +200,7 @@ class Plan:
                 bounced = interreflection.bounced(sent, transport.gather, equation.bounces, apart=components)
             direct = replace(self, equation=interreflection.direct_light(equation))
             return _with_bounced(direct.run(vertices, components=components, **how), bounced, equation)
-        result = Shading.empty(len(vertices), self.whole.lights, real, components=components)
+        result = Shading.empty(len(vertices), self.whole.lights, real, equation if components else None)
         normals, channels = vertices.normals_if(equation.needs_normals), vertices.channels(equation)
         waits = backend == "numba"
         tries_compiled = waits or (backend == "auto" and is_worth_loading(among or len(vertices), self.whole))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -286,29 +287,36 @@ class Edges(NamedTuple):
             key[one == other] = -1
 
         threads.run(put, len(keys), _AT_ONCE)
-        # Each thread takes the edges of a range of lower points.
+        # Each thread takes the edges of a range of lower points, sorts them, and counts them piece by piece.
         count = threads.count() if len(keys) > _AT_ONCE else 1
         limits = [part * n_points // count << bits + 1 for part in range(count + 1)]
-        found: list[Edges] = [cls(begin, end, begin, end)] * count
+        found: list[list[Edges]] = [[]] * count
 
         def look(part: int, _: int) -> None:
-            some = keys[(keys >= limits[part]) & (keys < limits[part + 1])]
+            blocks = np.split(keys, range(_AT_ONCE, len(keys), _AT_ONCE))
+            some = np.concatenate([each[(each >= limits[part]) & (each < limits[part + 1])] for each in blocks])
             some.sort()
-            undirected = some >> 1
-            is_first = np.ones(len(some), bool)
-            np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
-            starts = np.flatnonzero(is_first)
-            once = undirected[starts]
-            some &= 1
-            forth = np.add.reduceat(some, starts) if len(starts) else starts
-            back = np.empty_like(starts)
-            np.subtract(starts[1:], starts[:-1], out=back[:-1])
-            back[-1:] = len(some) - starts[-1:]
-            back -= forth
-            found[part] = cls(once >> bits, once & ((1 << bits) - 1), forth, back)
+            pieces, first = [cls._counted(some[:0], bits)], 0
+            while first < len(some):
+                last = int(np.searchsorted(some, some[first : first + _AT_ONCE][-1] | 1, side="right"))
+                pieces.append(cls._counted(some[first:last], bits))
+                first = last
+            found[part] = pieces
 
         threads.run(look, count, 1)
-        return found[0] if count == 1 else cls(*map(np.concatenate, zip(*found, strict=True)))
+        return cls(*map(np.concatenate, zip(*chain(*found), strict=True)))
+
+    @classmethod
+    def _counted(cls, keys: NDArray[np.int64], bits: int) -> Edges:
+        """Return the unique edges among sorted keys of faces' edges, which `between` makes of indices of `bits` bits."""
+        undirected = keys >> 1
+        is_first = np.ones(len(keys), bool)
+        np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
+        starts = np.flatnonzero(is_first)
+        once = undirected[starts]
+        forth = np.add.reduceat(keys & 1, starts) if len(starts) else starts
+        back = np.diff(starts, append=len(keys)) - forth
+        return cls(once >> bits, once & ((1 << bits) - 1), forth, back)
 
     def ends(self, some: BoolArray) -> IntArray:
         """Return the two points of each edge for which the mask `some` is True, shape (k, 2), the lower index first."""

@@ -52,8 +52,9 @@ def inside_out_faces(
     part_of_face = _parts_of(faces, first_in_place, parts)
 
     # A part is open if faces run along an edge more often in one direction, or if a point is not finite.
-    is_part, is_open = np.zeros((2, count), dtype=bool)
-    is_part[parts[edges.lower]] = True
+    is_part, is_open, has_edge = np.zeros((3, count), dtype=bool)
+    has_edge[edges.lower] = True
+    is_part[parts[has_edge]] = True
     is_open[parts[edges.lower[edges.forth != edges.back]]] = True
     is_open[parts[first_in_place[~finite]]] = True
     closed = np.flatnonzero(is_part & ~is_open)
@@ -115,8 +116,14 @@ def _parts_of(faces: Faces, first_in_place: IntArray, parts: IntArray) -> IntArr
         Shape (n,): for each point the number of its part.
     """
     if faces.are_triangles:
-        a, b, c = first_in_place[faces.connectivity.reshape(-1, 3)].T
-        return np.where((a == b) & (b == c), -1, parts[a])
+        found = np.empty(faces.count, np.intp)
+
+        def look(first: int, last: int) -> None:
+            a, b, c = np.take(first_in_place, faces.connectivity[3 * first : 3 * last].reshape(-1, 3)).T
+            found[first:last] = np.where((a == b) & (b == c), -1, np.take(parts, a))
+
+        threads.run(look, faces.count, _AT_ONCE)
+        return found
     begin, end = edges_of(faces)
     begin, end = first_in_place[begin], first_in_place[end]
     found, is_edge = np.full(faces.count, -1), begin != end
