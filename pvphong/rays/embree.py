@@ -180,8 +180,8 @@ def casters_of(scenes: Sequence[Embree], places: Sequence[Sequence[float]]) -> C
 
     `places` has four numbers for each scene: its centre, and the power of two that scales it to [−1, 1].
 
-    Embree's flag for coherent rays is not set. It makes hard shadows 1.1 times as fast, but lets rays pass between
-    adjacent triangles.
+    Compiled code sets Embree's flag for coherent rays only for rays from one vertex within a narrow cone, which are
+    rays to random points. It is not set for hard shadows, whose rays may meet edges and corners exactly.
     """
     functions = library().rtcOccluded16, library().rtcIntersect16
     test, find = (ctypes.cast(function, _POINTER).value or 0 for function in functions)

@@ -99,6 +99,21 @@ def test_compiled_rays_are_those_of_arrays(light):
     assert 0.0 < (seen[sent > 0.0] == 0.0).mean() < 1.0
 
 
+@pytest.mark.parametrize("radius", [0.02, 0.2, 1.0])
+def test_no_narrow_rays_pass_between_the_triangles_of_a_closed_body(radius):
+    """Embree traverses the narrow cones as coherent rays, and its robust mode holds for them too."""
+    body = pv.Icosphere(nsub=5)
+    faces = BlockingFaces(body.points.astype(np.float64), body.regular_faces.astype(np.int64))
+    random, light = np.random.default_rng(3), ph.SphereLight((0.3, 0.2, 4), radius=radius)
+    points = random.uniform(-0.5, 0.5, (4000, 3))
+    stages, numbers = kernel.stages_of(light.sampling), np.asarray(light.sampling.numbers, np.float64)
+    given = points, np.tile([0.0, 0.0, 1.0], (len(points), 1)), sobol.seeds(np.arange(len(points))), 0, 256, 1e-5
+    sent, seen, _, rays = kernel.part_seen(stages, numbers, *given, Occluders([faces]).compiled)
+    assert rays == sent.size
+    assert sent.all()
+    assert not seen.any()
+
+
 def test_arrays_of_any_layout_and_type_are_read_alike():
     """Compiled code reads memory by address, so arrays of another layout are copied."""
     light, random = LIGHTS[0], np.random.default_rng(2)

@@ -37,6 +37,7 @@ from pvphong.shading.kernel.rays import (
     MET_COSINE,
     MET_SECOND,
     MET_THIRD,
+    NARROW_HITS,
     NX,
     NY,
     NZ,
@@ -56,6 +57,7 @@ from pvphong.shading.kernel.rays import (
     WORDS,
     U,
     V,
+    are_narrow,
     as_float64,
     bring_near,
     cast_rays,
@@ -77,6 +79,7 @@ def _find(
     marks: Any,
     wide: Any,
     valid: Any,
+    is_narrow: bool,
 ) -> None:
     """Find the nearest hit, among all casters, of each of sixteen rays. Rays whose entry `OPEN` is 0 are skipped.
 
@@ -92,6 +95,8 @@ def _find(
         Fields `starts` and `numbers` of `pvphong.rays.casting.Triangles`.
     rows, marks, wide, valid
         Scratch memory that holds the rays; see `rays`.
+    is_narrow : bool
+        As for `cast_rays`.
     """
     for j in range(RAYS):
         marks[MET + j] = np.int32(-1)
@@ -101,7 +106,7 @@ def _find(
             marks[GEOMETRY + j] = np.int32(-1)
             marks[INSTANCE + j] = np.int32(-1)
             marks[INSTANCE_PART + j] = np.int32(-1)
-        cast_rays(function, valid, scenes[c], rows)
+        cast_rays(function, valid, scenes[c], rows, is_narrow)
         for j in range(RAYS):
             if (valid[j] != np.int32(0)) & (marks[GEOMETRY + j] != np.int32(-1)):
                 # divided twice: the reciprocal of the scale may overflow
@@ -189,7 +194,8 @@ def look_around(
                 cast += 1 if is_sent else 0
                 wide[OX + j], wide[OY + j], wide[OZ + j] = wide[VERTEX], wide[VERTEX + 1], wide[VERTEX + 2]
                 wide[LENGTH + j] = np.inf
-            _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
+            narrow = are_narrow(rows, NARROW_HITS)
+            _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid, narrow)
             for j in range(RAYS):
                 found = np.int32(-1)
                 triangle = np.intp(marks[MET + j])
@@ -265,7 +271,7 @@ def find(
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
-        _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid)
+        _find(casters, function, scenes, places, firsts, triangles, rows, marks, wide, valid, False)
         for j in range(lanes):
             met[first + j] = np.int64(marks[MET + j])
             if marks[MET + j] >= np.int32(0):

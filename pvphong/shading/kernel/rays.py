@@ -51,7 +51,15 @@ NX, NY, NZ, SECOND, THIRD, TRIANGLE, GEOMETRY, INSTANCE, INSTANCE_PART = range(1
 # that a light's `frame` returns.
 U, V, SHARE, WEIGHT, OPEN, MET, MET_SECOND, MET_THIRD, MET_COSINE, FRAME = range(21 * RAYS, 31 * RAYS, RAYS)
 _MOST_IN_FRAME = 30
-_ROWS = FRAME + 2 * RAYS
+# Embree's arguments for coherent rays: the flag, all features, and no context or functions.
+QUERY = FRAME + 2 * RAYS
+_COHERENT, _ALL_FEATURES = np.int32(1 << 16), np.int32(-1)
+_ROWS = QUERY + RAYS
+
+NARROW_SHADOWS, NARROW_HITS = np.float32(2.0**-10), np.float32(2.0**-6)
+"""Largest spread of sixteen rays for which Embree's traversal of coherent rays is used, in occlusion tests and for
+first hits. The spread is that of `are_narrow`; it is half the squared angle of a cone. So the cones' half-angles are
+2.5° and 10°: below, this traversal was measured to be faster."""
 
 # In float64: origins and lengths of sixteen rays in the world, and the length by which they are shortened in a caster;
 # a vertex's origin and normal, and its ray length and factor.
@@ -61,27 +69,32 @@ _WIDE = VERTEX + RAYS
 
 
 @intrinsic
-def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any) -> Any:  # noqa: ARG001
-    """Call `rtcOccluded16` or `rtcIntersect16`, Embree's function at the address `function`, without options.
+def cast_rays(_typing: Any, function: Any, valid: Any, scene: Any, rays: Any, is_narrow: Any) -> Any:  # noqa: ARG001
+    """Call Embree's function at the address `function`, `rtcOccluded16` or `rtcIntersect16`.
 
-    The function tests the sixteen rays at `rays` with the scene whose handle is `scene`. A ray is tested if its flag in
-    `valid` is −1, and not if the flag is 0.
+    It tests the sixteen rays in `rays` with `scene`, the handle of a scene. The flag of a ray in `valid` is −1 if it is
+    tested, else 0. If `is_narrow` is True, Embree traverses the scene with the frustum of all rays, which finds the
+    same hits.
     """
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        target, which, handle, sixteen = arguments
-        octets = ir.IntType(8).as_pointer()
+        target, which, handle, sixteen, narrow = arguments
+        octets, bits = ir.IntType(8).as_pointer(), ir.IntType(64)
         kind = ir.FunctionType(ir.VoidType(), [octets] * 4)
         pointers = builder.bitcast(which, octets), builder.inttoptr(handle, octets), builder.bitcast(sixteen, octets)
-        builder.call(builder.inttoptr(target, kind.as_pointer()), [*pointers, ir.Constant(octets, None)])
-        return ir.Constant(ir.IntType(64), 0)
+        query = builder.bitcast(builder.gep(sixteen, [ir.Constant(bits, QUERY)]), octets)
+        options = builder.select(builder.trunc(narrow, ir.IntType(1)), query, ir.Constant(octets, None))
+        builder.call(builder.inttoptr(target, kind.as_pointer()), [*pointers, options])
+        return ir.Constant(bits, 0)
 
-    return types.intp(types.intp, valid, types.intp, rays), generate
+    return types.intp(types.intp, valid, types.intp, rays, types.boolean), generate
 
 
 @inlined
 def prepare(rows: Any, marks: Any) -> None:
     """Write the fields of Embree's sixteen rays that never change, such as the near end and the mask.
+
+    Write Embree's arguments for coherent rays too.
 
     `rows` and `marks` point to the same memory, as float32 and as int32.
     """
@@ -91,6 +104,8 @@ def prepare(rows: Any, marks: Any) -> None:
         marks[MASK + j] = np.int32(-1)
         marks[NUMBER + j] = np.int32(0)
         marks[FLAGS + j] = np.int32(0)
+        marks[QUERY + j] = np.int32(0)
+    marks[QUERY], marks[QUERY + 1] = _COHERENT, _ALL_FEATURES
 
 
 @inlined
@@ -149,16 +164,30 @@ def given(origins: Any, directions: Any, lengths: Any, first: int, count: int, r
 
 
 @inlined
-def _test(count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any) -> None:
-    """Test the sixteen rays in scratch memory for occlusion by all casters.
+def are_narrow(rows: Any, most: Any) -> bool:
+    """Return True if sixteen rays that a vertex casts to neighbouring points lie in a cone narrower than `most`.
 
-    For each ray that hits a triangle, the entry `OPEN` is set to 0. `count` is the number of casters, `function` the
-    address of `rtcOccluded16`. `scenes` and `numbers` are fields of `Casters`. `rows`, `wide` and `valid` are the
-    scratch memory, as in the module's description.
+    The points are ordered along a Morton curve. So one ray of each four gives the spread of all: the mean squared sine
+    of the angle to their mean direction. The result depends on the rays of this vertex alone.
+    """
+    x = (rows[DX] + rows[DX + 5]) + (rows[DX + 10] + rows[DX + 15])
+    y = (rows[DY] + rows[DY + 5]) + (rows[DY + 10] + rows[DY + 15])
+    z = (rows[DZ] + rows[DZ + 5]) + (rows[DZ + 10] + rows[DZ + 15])
+    return x * x + y * y + z * z > np.float32(16.0) * (ONE - most)
+
+
+@inlined
+def _test(
+    count: int, function: int, scenes: Any, numbers: Any, rows: Any, wide: Any, valid: Any, is_narrow: bool
+) -> None:
+    """Test sixteen rays with all casters, and set the entry of the row `OPEN` to 0 for each ray that hits something.
+
+    `count` is the number of casters, and `function` the address of `rtcOccluded16`. `scenes` and `numbers` are fields
+    of `Casters`. `is_narrow` is as for `cast_rays`. The other arguments are scratch memory that holds the rays.
     """
     for c in range(count):
         bring_near(numbers, c, rows, wide, valid)
-        cast_rays(function, valid, scenes[c], rows)
+        cast_rays(function, valid, scenes[c], rows, is_narrow)
         for j in range(RAYS):  # Embree sets the far end of an occluded ray to −∞
             if (valid[j] != np.int32(0)) & (rows[END + j] < ZERO):
                 rows[OPEN + j] = ZERO
@@ -306,7 +335,7 @@ def look_at_part(
                 wide[OX + j], wide[OY + j], wide[OZ + j] = x, y, z
                 wide[LENGTH + j] = reach * rows[SHARE + j] - less
             if open_rays > 0:
-                _test(casters, function, scenes, places, rows, wide, valid)
+                _test(casters, function, scenes, places, rows, wide, valid, are_narrow(rows, NARROW_SHADOWS))
             cast += open_rays
             for j in range(lanes):
                 place = (np.intp(own[j]) - begin) * count + i
@@ -388,7 +417,7 @@ def look_at_point(
         if (lanes == RAYS) | ((i == count - 1) & (lanes > 0)):
             for j in range(lanes, RAYS):
                 rows[OPEN + j] = ZERO
-            _test(casters, function, scenes, places, rows, wide, valid)
+            _test(casters, function, scenes, places, rows, wide, valid, False)
             for j in range(lanes):
                 if chosen[RAYS + j] > 0:
                     seen[chosen[j]] = rows[OPEN + j]
@@ -432,7 +461,7 @@ def test(
     prepare(rows, marks)
     for first in range(0, count, RAYS):
         lanes = given(origins, directions, lengths, first, count, rows, wide)
-        _test(casters, function, scenes, places, rows, wide, valid)
+        _test(casters, function, scenes, places, rows, wide, valid, False)
         for j in range(lanes):
             is_finite = np.isfinite(rows[DX + j] + rows[DY + j] + rows[DZ + j])
             blocked[first + j] = (rows[OPEN + j] == ZERO) & is_finite

@@ -320,9 +320,7 @@ class Document:
             self.history.record(self, sliding[1])
 
     def _set(self, key: str, change: Callable[[Any, str], Any]) -> None:
-        """Change the field that a key names. `change` takes the dataclass instance and the field's name, and returns
-        the changed instance.
-        """
+        """Change the field that a key names. `change` maps a dataclass and a field's name to the changed dataclass."""
         match check.text("key", key).split("."):
             case "accuracy", name:
                 self.accuracy = change(self.accuracy, name)
@@ -408,8 +406,7 @@ class Document:
             if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
                 break
         if any(known.on for known in self._subplot.lights.values):
-            white = 2.0**-self._phong.display.exposure
-            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, white)
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, 2.0**-self._phong.display.exposure)
         name = free_name(wanted, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -668,8 +665,8 @@ class Document:
             )
         materials = []
         for number, (name, shared) in enumerate(self.materials.items()):
-            material = shared.material
-            reflectance = material.reflectance
+            material, reflectance = shared.material, shared.material.reflectance
+            own = [] if reflectance is None else form_of(reflectance, f"reflectance.{number}", self._middles)
             materials.append(
                 {
                     "number": number,
@@ -679,9 +676,7 @@ class Document:
                     "colormap": coloring.shown(material.albedo, self._colored(shared)),
                     "fields": form_of(material, f"material.{number}", self._middles, hidden=("reflectance",)),
                     "reflectance": next((k for k, v in REFLECTANCES.items() if type(reflectance) is v), ""),
-                    "reflectance_fields": []
-                    if reflectance is None
-                    else form_of(reflectance, f"reflectance.{number}", self._middles),
+                    "reflectance_fields": own,
                 }
             )
         model = form_of(self._phong.light_model, "model", self._middles)
