@@ -308,7 +308,7 @@ class Edges(NamedTuple):
 
     @classmethod
     def _counted(cls, keys: NDArray[np.int64], bits: int) -> Edges:
-        """Return the unique edges among sorted keys of faces' edges. `between` made the keys, of indices of `bits` bits."""
+        """Return the unique edges among sorted keys of faces' edges. `bits` is the number of bits of an index in a key."""
         undirected = keys >> 1
         is_first = np.ones(len(keys), bool)
         np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
