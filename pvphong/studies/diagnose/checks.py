@@ -308,7 +308,7 @@ class Edges(NamedTuple):
 
     @classmethod
     def _counted(cls, keys: NDArray[np.int64], bits: int) -> Edges:
-        """Return the unique edges among sorted keys of faces' edges. `bits` is the number of bits of an index in a key."""
+        """Return the unique edges among sorted keys of faces' edges. Each key has indices of `bits` bits."""
         undirected = keys >> 1
         is_first = np.ones(len(keys), bool)
         np.not_equal(undirected[1:], undirected[:-1], out=is_first[1:])
