@@ -20,9 +20,9 @@ def ball(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def served(ball):
-    """One server for all files, because its start takes seconds."""
+    """A server for each file, because the camera is not undone."""
     served = Served(ball)
     yield served
     served.close()
@@ -35,10 +35,7 @@ def opened(driver, served):
 
 @pytest.fixture
 def page(opened):
-    """The page with all edits undone, and the picture's size as at first."""
-    for side, size in (("width", 1920), ("height", 1080)):
-        if opened.state(side) != size:
-            opened.trigger("type_number", side, size)
+    """The page with all edits undone."""
     while opened.state("can_undo"):
         opened.trigger("undo")
         time.sleep(0.1)
