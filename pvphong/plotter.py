@@ -282,7 +282,7 @@ class PlotterPhong(Readings, Handle):
         taken = renderer.actors.get(_STAGE_NAME)
         if taken is not None and (lit.stage is None or lit.stage.actor is not taken):
             remedy = "Add that actor by another name."
-            check.refuse("name", f"an actor {_STAGE_NAME!r} that is no stage", "free for the stage", remedy)
+            check.refuse("plotter", "one that has it", f"without another actor {_STAGE_NAME!r}", remedy)
         low, high = np.min(bounds, axis=0)[::2], np.max(bounds, axis=0)[1::2]
         viewer = self._subplot.lights.viewer if renderer.camera_set else None  # else PyVista's default view comes later
         options = StageOptions(tuple(np.stack([low, high], axis=1).ravel().tolist()), kind, viewer)

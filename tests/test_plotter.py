@@ -836,7 +836,7 @@ def test_edits_are_undone_and_redone_to_the_bit(new_plotter):
 def test_a_stage_replaces_no_actor_of_ones_own(new_plotter):
     plotter = new_plotter()
     plotter.phong.add_mesh(pv.Sphere(), name="stage")
-    with pytest.raises(ValueError, match=r"^name must be free for the stage; got an actor 'stage' that is no stage"):
+    with pytest.raises(ValueError, match=r"^plotter must be without another actor 'stage'; got one that has it. Add"):
         plotter.phong.add_stage("ground")
     assert "stage" in plotter.actors
     plotter.remove_actor("stage")

@@ -24,7 +24,7 @@ white."""
 
 
 def linear_from_srgb(encoded: Float64Array) -> Float64Array:
-    """Convert sRGB values, an array of any shape, to linear light. Values may be outside [0, 1]."""
+    """Convert sRGB values, an array of any shape, to linear light. Values outside [0, 1] follow the same curve."""
     with np.errstate(invalid="ignore"):
         curve = np.maximum((encoded + 0.055) / 1.055, 0.0) ** 2.4
     return np.where(encoded <= 0.04045, encoded / 12.92, curve)

@@ -147,7 +147,8 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
     Raises
     ------
     ValueError
-        If two files have the same output, an output is an input, or an index file cannot be read or names itself.
+        If two files have the same output, an output is an input, an index file cannot be read or names itself, or, with
+        `as_one`, two time steps name the same file.
     """
     pieces: dict[Path, Piece] = {}
     indices: dict[Path, Index] = {}
@@ -180,6 +181,8 @@ def pieces_and_indices(paths: Iterable[Path], out: Path, *, as_one: bool = False
             output = target.with_name(f"{target.name}.vtp")
             claim(output, path)
             known = pieces.setdefault(output, Piece(path, output, (label,), surface))
+            if as_one and known.surface != surface:
+                check.refuse("paths", path, "in one time step only", "Copy the file for each other time step.")
             if label not in known.labels:
                 pieces[output] = replace(known, labels=(*known.labels, label))
             return output

@@ -148,9 +148,6 @@ class Run(ABC):
         known = [piece for piece in known if piece in outlines]
         if not known:
             return {}
-        missing = [number for number, piece in enumerate(pieces) if piece not in outlines]
-        if missing:  # this changes the checksum, so a later run that can read these pieces lights all again
-            made_from = checksum_of([made_from, missing])
         known_outlines = [outlines[piece] for piece in known]
         neighbours: Iterable[Any] = repeat(None, len(known))
         around: Iterable[Any] = repeat(None, len(known))
@@ -162,6 +159,10 @@ class Run(ABC):
             )
         if self._job.needs_rays:
             around = self._around(known, known_outlines)
+        failed = {output for output, result in self._results.items() if result.reason}
+        missing = [number for number, piece in enumerate(pieces) if piece.output in failed]
+        if missing:  # this changes the checksum, so a later run that can read these pieces lights all again
+            made_from = checksum_of([made_from, missing])
         return {
             self._begin(light, piece, self._job, beside, blocking, made_from): piece
             for piece, beside, blocking in zip(known, neighbours, around, strict=True)

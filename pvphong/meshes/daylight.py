@@ -136,8 +136,7 @@ def daylight(
     >>> round(float(gloomy.total.max()), -2)  # Wh/m²
     2400.0
     """
-    source = shallow_copy(split_sharp_edges(surface(mesh), feature_angle)[0])
-    source.points = np.array(source.points)  # rays are cast later, when the mesh may have changed
+    source = split_sharp_edges(surface(mesh), feature_angle)[0].copy()  # rays are cast later; the mesh may change
     normals = functools.cache(lambda: point_normals(source))
     sky = SkyStudy.of(times, place, albedo=albedo, patches=patches, samples=samples, sun_bin=sun_bin)
     bounces = check.whole("bounces", bounces, at_least=0, at_most=100)

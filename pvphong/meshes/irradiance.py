@@ -103,9 +103,9 @@ def irradiance(
         Largest error that is allowed to save time, in the unit of the result; 0 allows no approximation. Shadows of
         lights with a size are sampled until the standard error is below it; for 0, until it is 1/255 of the median
         irradiance of the lit parts.
-    precision : {"float32", "float64"}
+    precision : {"float32", "float64"}, default "float32"
         Precision of the arrays and the arithmetic.
-    backend : {"auto", "numpy", "numba"}
+    backend : {"auto", "numpy", "numba"}, default "auto"
         Evaluator, as for `pvphong.evaluate`.
     feature_angle : float, "auto" or None, default None
         An edge is sharp if the normals of its two faces differ by more than this angle, in degrees; see `shade`. With

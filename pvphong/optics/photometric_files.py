@@ -128,7 +128,7 @@ def _ies(lines: list[str], start: int, folder: Path | None) -> Photometry:
     if kind_of_tilt.upper() == "INCLUDE":
         tilt = _tilt(words)
     elif kind_of_tilt.upper() != "NONE" and folder is None:
-        raise ValueError("its tilt is in another file; only TILT=NONE and TILT=INCLUDE are read here")
+        raise ValueError("its tilt is in another file, which is not opened; write it into this file as TILT=INCLUDE")
     elif kind_of_tilt.upper() != "NONE" and folder is not None:
         tilt = _tilt(_Words(_lines_of_tilt(folder / kind_of_tilt)))
     words.take(2, "number of lamps and lumens")

@@ -187,7 +187,7 @@ class Photometry:
     def tilt_factor(self, d: Vector, u: Vector, r: Vector) -> float:
         """Return the factor by which the lamp's tilt changes its intensities; 1 without tilt factors.
 
-        d, u and r are the lamp's axes in the world as unit vectors, with up along +z. The tilt is the angle by which
+        d, u and r are the lamp's axes, unit vectors in the world, in which up is +z. The tilt is the angle by which
         the bare lamp has turned from its orientation in a lamp that aims straight down.
         """
         angles, factors = self.tilt_factors

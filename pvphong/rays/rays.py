@@ -242,8 +242,8 @@ def may_block(light: Light, vertices: Box | None, parts: Box) -> BoolArray:
 def may_hide(vertices: Box | None, parts: Box, distance: float) -> BoolArray:
     """Return True for each part of the occluders that may be within `distance` of a vertex, shape (m,).
 
-    `vertices` has the least and the greatest coordinates of the vertices, or is None if there is none. `parts` has the
-    least and the greatest coordinates of m parts, shape (m, 3) each.
+    `vertices` has the least and the greatest coordinates of the vertices. If it is None, they are unknown, and the
+    result is True for all parts. `parts` has the least and the greatest coordinates of m parts, shape (m, 3) each.
     """
     if vertices is None:
         return np.ones(len(parts[0]), bool)

@@ -70,7 +70,7 @@ class Seen(NamedTuple):
     part: Float64Array
     """Visible part of the light's contribution, in [0, 1], shape (n,)."""
     error: Float64Array
-    """Standard error of `part`, shape (n,). It is 0 where all rays agree and the neighbouring vertices see the same."""
+    """Standard error of `part`, shape (n,). It is 0 where all rays agree and no bound in `Around` differs."""
     rays: int
     is_unknown: BoolArray | None = None
     """True where no ray had a contribution, so that `part` is 0, shape (n,). The array is None if this was not

@@ -565,9 +565,10 @@ class Visibility:
         for index in (*lights, *[len(self.lights)] * sky):
             if index not in self._done:
                 start, is_sky = time.perf_counter(), index == len(self.lights)
-                self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  threads will share them
-                if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
-                    warn_of_slow_rays()
+                if is_sky or self._lights[index].casts_shadows:
+                    self._receiver.origins, self._tracer.occluders.casters  # noqa: B018  threads will share them
+                    if len(self._receiver.points) >= _WORTH_A_WARNING and self._tracer.occluders.are_slow:
+                        warn_of_slow_rays()
                 with text.about(f"rays to {'the sky' if is_sky else self.lights[index]}"):
                     # for a light without a size, one ray gives the visibility from both sides
                     both = self.behind is not None and not is_sky and not self._lights[index].has_size
@@ -631,7 +632,7 @@ class Visibility:
             check.refuse("visibility", "one for other points", "computed for the mesh's current points", remedy)
         for label, now, then in zip(labels, lights, self._lights, strict=True):
             if now.casts_shadows and _geometry_of(now) != _geometry_of(then):  # other lights are not looked up
-                got = f"one from before {label} {'moved' if then.casts_shadows else 'cast shadows'}"
+                got = f"one from before {label} {'moved or changed size' if then.casts_shadows else 'cast shadows'}"
                 check.refuse("visibility", got, "computed for the current lights", remedy)
         if model.two_sided and self.behind is None:
             self._refuse_one_side()
@@ -693,7 +694,7 @@ def _state_of(header: dict[str, Any], arrays: dict[str, Any]) -> _State:
 
 
 def _geometry_of(light: Light) -> str:
-    """Return a light's key for the rays to it: position, direction, size and nodes; no nodes if it casts no shadows."""
+    """Return a key that is equal for lights with the same rays: their nodes, or none if they cast no shadows."""
     nodes = light.nodes(4) if light.casts_shadows else ()
     places = [(place_or_direction(node).tolist(), light.has_size and node.intensity) for node in nodes]
     return repr((places, light.is_uniform))

@@ -114,7 +114,8 @@ class SunByDate:
             If it is night, or pvlib (the extra `sun`) is not installed.
         """
         if not self.brightest:
-            check.refuse("hour", f"{self.hour:g}, {self.words[0].lower()}{self.words[1:]}", "a time of day")
+            night = self.words[0].lower() + self.words[1:].removesuffix(".")
+            check.refuse("hour", f"{self.hour:g}, {night}", "between sunrise and sunset")
         direct, diffuse = (float(each[0]) for each in self.irradiances)
         sky: dict[str, Any] = {"direct_normal": direct, "diffuse_horizontal": diffuse, "scale": scale}
         return tuple(daylight_scene(self._index, self.place, **sky).lights)

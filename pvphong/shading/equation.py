@@ -46,7 +46,7 @@ class LightTerm:
     Parameters
     ----------
     light : Light
-        The light. Only its position and falloff are read.
+        The light. `ambient`, `colors` and `gain` have its colours and intensity; the rest is read from it.
     index : int
         Its index among the scene's lights.
     label : str
@@ -265,7 +265,7 @@ class Equation:
 
     @cached_property
     def shadowed(self) -> tuple[int, ...]:
-        """Indices of the scene's lights that other surfaces may hide."""
+        """Indices of the scene's lights that the mesh itself or other surfaces may hide."""
         return tuple(sorted({term.index for term in self.terms if term.is_shadowed}))
 
     @cached_property

@@ -39,7 +39,7 @@ class Radiosity(NamedTuple):
     """Light that n vertices send by diffuse reflection and emission, and their diffuse albedo."""
 
     direct: FloatArray
-    """Shape (n, 3): S, the direct light."""
+    """Shape (n, 3): S, the direct light that vertices reflect, plus their emission."""
     ambient: FloatArray
     """Shape (n, 3): A, the reflected ambient light."""
     scattered: FloatArray

@@ -179,8 +179,8 @@ def refine(
         shape (lights + 1, n_points) and pass them to `mesh.phong.shade` as `visibility`. The fraction of a light
         without a size is 1 where points face away from the light, and 0 outside the light's cone.
 
-        The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Field data describe the
-        result:
+        The cell array ``<name>_interpolation_error`` is the remaining error in each triangle. Under lights with a size,
+        it may be too small where the light jumps at a side of the triangle. Field data describe the result:
 
         ``<name>_refinement_reached``
             True if the tolerance is reached everywhere.

@@ -157,7 +157,9 @@ def look_of(
         missing.
     feature_angle : float, "auto" or None
         Angle in degrees between the normals of two faces, above which their edge is sharp. "auto" is 30 if the mesh has
-        no point normals, and None if it has. With None, no edge is sharp.
+        no point normals, and None if it has. Without a material, "auto" is 0, which is flat shading, unless the theme
+        or `pbr` asks for smooth shading. With None, no edge is sharp. `smooth_shading`, `split_sharp_edges` and
+        `interpolation` in `given` may replace the angle.
     given : mapping
         PyVista's keywords.
     theme : pyvista.plotting.themes.Theme

@@ -123,10 +123,10 @@ class LitMesh:
 
     @property
     def version(self) -> Any:
-        """A value that changes whenever geometry, material or arrays change; cheap to compare."""
+        """A value that changes whenever geometry, material, arrays or `ray_tolerance` change; cheap to compare."""
         maps = tuple((name, self._version_of(given)) for name, given in given_maps(self.material, self.mesh).items())
         opacity = None if self._opacity is None else self._version_of(self._opacity)
-        return self.material, self.geometry(), maps, opacity
+        return self.material, self.geometry(), maps, opacity, self.ray_tolerance
 
     @property
     def state(self) -> Any:
@@ -209,9 +209,9 @@ class LitMesh:
         return Vertices(self.drawn.points, lambda: self.normals, maps, visibility, tangents=tangents)
 
     def shading_at(self, row: int) -> Shading | None:
-        """Return the contribution of each light to the current colour of a drawn vertex; None before the first refresh.
+        """Return the components of the current colour of a drawn vertex; None before the first refresh.
 
-        `row` is the index of the vertex.
+        They include the contribution of each light. `row` is the index of the vertex.
         """
         if self._plan is None:
             return None
@@ -238,7 +238,7 @@ class LitMesh:
 
         The colours are recomputed only if an input of the plan has changed. The viewer is an input only if highlights,
         flipped normals or a light attached to the viewer depend on it. Rays are traced again only for lights that have
-        moved.
+        moved, or if `ray_tolerance` has changed.
 
         Parameters
         ----------

@@ -116,7 +116,10 @@ class Locators:
         return Place(mesh, row)
 
     def _in(self, mesh: LitMesh, point: Float64Array) -> tuple[float, int]:
-        """Return the distance between the mesh and the world point, and the index of the mesh's nearest vertex."""
+        """Return the distance between the mesh and the world point, and the index of a vertex.
+
+        The vertex is the corner of the mesh's nearest face that is nearest to the point.
+        """
         matrix = np.eye(4) if mesh.matrix is None else mesh.matrix
         try:
             inverse = np.linalg.inv(matrix)

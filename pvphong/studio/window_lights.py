@@ -248,7 +248,8 @@ class WindowLights:
 def free_name(wanted: str, taken: set[str]) -> str:
     """Return `wanted` if this name is not in `taken`.
 
-    If it is, return the name followed by the lowest number, from 2, for which the result is not in `taken`.
+    If it is, return the name, without a number at its end, followed by the lowest number, from 2, for which the result
+    is not in `taken`: "lamp 2" becomes "lamp 3" if "lamp" and "lamp 2" are taken.
     """
     stem, number, name = re.sub(r" \d+$", "", wanted), 1, wanted
     while name in taken:

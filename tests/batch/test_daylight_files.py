@@ -13,6 +13,7 @@ from batch.cutting import bare, houses, save_pieces, series, surfaces
 from ray_backends import BACKENDS
 
 import pvphong as ph
+from pvphong.batch import daylight
 from pvphong.rays import casting
 
 pandas = pytest.importorskip("pandas")
@@ -111,6 +112,34 @@ def test_time_steps_do_not_shadow_each_other(client):
     alone = floor.phong.daylight(DAY, MUNICH)
     for name in ("now", "then"):
         np.testing.assert_array_equal(pv.read(f"sun/steps/{name}.vtp")["total"], alone.total)
+
+
+def test_a_file_in_two_time_steps_is_refused(client):
+    os.mkdir("in")
+    pv.Plane().save("in/ground.vtp")
+    Path("in/steps.pvd").write_text(series(["ground.vtp", "ground.vtp"], [0, 1]))
+    with pytest.raises(ValueError, match=r"^paths must be in one time step only; got .*ground.vtp. Copy the file"):
+        ph.daylight_files("in/steps.pvd", "sun", DAY, MUNICH, client=client)
+
+
+def test_a_file_whose_shadow_was_missing_is_computed_again(client, monkeypatch):
+    os.mkdir("in")
+    pv.Plane(i_size=2, j_size=2).save("in/ground.vtp")
+    pv.Plane(center=(0, 0, 1), i_size=200, j_size=200).save("in/roof.vtp")
+    read = daylight.faces_in
+
+    def fails(piece):
+        if piece.input.stem == "roof":
+            raise OSError("a disk that is gone for a moment")
+        return read(piece)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(daylight, "faces_in", fails)
+        batch = ph.daylight_files("in/*.vtp", "sun", DAY, MUNICH, client=client)
+    assert [path.name for path in batch.failed] == ["roof.vtp"]
+    assert pv.read("sun/ground.vtp")["sun_hours"].min() > 10
+    assert len(ph.daylight_files("in/*.vtp", "sun", DAY, MUNICH, client=client).done) == 2
+    assert pv.read("sun/ground.vtp")["sun_hours"].max() == 0
 
 
 def test_files_that_cannot_be_read_and_empty_ones(client):

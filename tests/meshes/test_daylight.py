@@ -504,6 +504,7 @@ def test_results_share_no_memory_with_what_others_edit():
     weather[0][:] = 0.0
     points = plane.points.copy()
     plane.points[:] = 0.0
+    plane["Normals"][:] = (0.0, 0.0, -1.0)
     np.testing.assert_array_equal(light.direct, direct)
     np.testing.assert_array_equal(light.mesh.points, points)
     light.mesh["direct"][:] = 0.0

@@ -72,7 +72,8 @@ def test_words(given, words):
 
 
 def test_night_is_refused_in_one_line():
-    with pytest.raises(ValueError, match=r"^hour must be a time of day; got 2, night: on 21 June, 02:00 UTC\+1 the"):
+    words = r"^hour must be between sunrise and sunset; got 2, night: on 21 June, 02:00 UTC\+1 the sun is 15° below"
+    with pytest.raises(ValueError, match=words + r" the horizon\.$"):
         ph.setups["sun"](BALL, hour=2)
 
 

@@ -148,9 +148,9 @@ class DirectionalLight(Light):
     def nodes(self, count: int) -> tuple[DirectionalLight, ...]:
         """Return `count` parallel lights, evenly spread over the round patch; a single light is at the patch's middle.
 
-        Their total intensity is 2 / (1 + cos α), with α the angular radius. This is 1 divided by their mean cosine with
-        the middle. So a surface that faces the light gets its full irradiance. A light without a size returns only
-        itself.
+        A single light has the intensity 1. The total intensity of several is 2 / (1 + cos α), with α the angular
+        radius. This is 1 divided by their mean cosine with the middle. So a surface that faces the light gets its full
+        irradiance. A light without a size returns only itself.
         """
         if not self.has_size:
             return (self,)

@@ -30,7 +30,7 @@ def vtk_reflectance(shininess: float, *, is_headlight: bool) -> Reflectance:
 
 @formula
 def _headlight(own: Any, at: Geometry, highlight: Any) -> Any:  # noqa: ARG001 any reflectance's
-    """Return the factor of the diffuse lobe, max(n·l, 1e-6), and the factor of the highlight; 0 without a normal.
+    """Return the factor of the diffuse lobe, max(n·l, 1e-6), and of the highlight; both are 0 without a normal.
 
     The highlight's factor is the argument `highlight`, a power of the cosine n·l. `at` has the directions at a vertex.
     `own` is not read.

@@ -4,7 +4,8 @@ Colours are compared at a fixed pattern of samples, and at peaks and creases, wh
 `places`).
 
 Several functions have the argument `enough`, a size of error. Errors above `enough` are exact. Errors below it may be
-underestimated, which saves rays to lights with a size. `corners`, shape (m, 3), are the vertices of m triangles.
+underestimated, which saves rays to lights with a size; so may a larger error on a side at which the light jumps, if it
+is small inside. `corners`, shape (m, 3), are the vertices of m triangles.
 """
 
 from __future__ import annotations
@@ -165,8 +166,8 @@ def pattern_errors(
     `pattern` are barycentric coordinates, shape (s, 3), with the permutations of each of its places, as `lattice` gives
     them. `corners`, shape (m, 3), are the vertices of m triangles. With `enough`, errors below it may be
     underestimated: under lights with a size, the places on a side that several triangles share are then sampled in one
-    of them. The others sample their own only if the error exceeds `enough`: from each side of the foot of a wall, for
-    example, other parts of the light are visible.
+    of them. Another triangle samples its own only if the error there or inside it exceeds `enough`: from each side of
+    the foot of a wall, for example, other parts of the light are visible.
     """
     if enough is None or not vertices.lighting.soft:
         return _largest_errors(pattern, vertices, corners, enough)
@@ -176,7 +177,7 @@ def pattern_errors(
     low, high = np.sort(turned[:, :2], axis=1).T
     _, first, side = np.unique(low * len(vertices.points) + high, return_index=True, return_inverse=True)
     of_sides = _largest_errors(on_first_side, vertices, turned[first], enough)[side]
-    others = of_sides > enough
+    others = (of_sides > enough) | np.repeat(result > enough, 3)
     others[first] = False
     of_sides[others] = _largest_errors(on_first_side, vertices, turned[others], enough)
     return np.maximum(result, largest(of_sides.reshape(-1, 3)))

@@ -97,8 +97,8 @@ class Lighting:
         Indices of the lights with a size, which may be partly visible. The index `equation.lights`, one past the last
         light, stands for the sky.
     settled : set of int
-        Sharp lights along whose shadow edges triangles have been cut. If the corners of a triangle agree on the
-        visibility of such a light, the visibility is the same inside the triangle.
+        Sharp lights along whose edges, of a shadow or cone, triangles have been cut. If the corners of a triangle agree
+        on the visibility of such a light, the visibility is the same inside the triangle.
     """
 
     def __init__(

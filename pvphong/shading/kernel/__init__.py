@@ -267,7 +267,7 @@ def stages_of(sampling: Sampling) -> tuple[int, int] | None:
 def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, int]:
     """Call `rays.part_seen` with this process's library, followed by `arguments`.
 
-    Call it only if `rays_obstacle` is "".
+    Call it only if `rays_obstacle()` returns "".
     """
     from pvphong.shading.kernel import rays
 
@@ -277,7 +277,7 @@ def part_seen(*arguments: Any) -> tuple[FloatArray, FloatArray, Float64Array, in
 def point_seen(*arguments: Any) -> int:
     """Call `rays.point_seen` with this process's library, followed by `arguments`.
 
-    Call it only if `rays_obstacle` is "".
+    Call it only if `rays_obstacle()` returns "".
     """
     from pvphong.shading.kernel import rays
 
@@ -287,7 +287,7 @@ def point_seen(*arguments: Any) -> int:
 def vertices_met(*arguments: Any) -> tuple[NDArray[np.int32], int]:
     """Call `hits.vertices_met` with this process's library, followed by `arguments`.
 
-    Call it only if `rays_obstacle` is "".
+    Call it only if `rays_obstacle()` returns "".
     """
     from pvphong.shading.kernel import hits
 
@@ -328,7 +328,10 @@ def blending() -> Blends | None:
 
 
 def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
-    """Call `hits.hits` with this process's library, followed by `arguments`. Call it only if `rays_obstacle` is ""."""
+    """Call `hits.hits` with this process's library, followed by `arguments`.
+
+    Call it only if `rays_obstacle()` returns "".
+    """
     from pvphong.shading.kernel import hits
 
     return hits.hits(_compiled(), *arguments)
@@ -337,7 +340,7 @@ def ray_hits(*arguments: Any) -> tuple[IntArray, FloatArray, Float64Array]:
 def rays_blocked(*arguments: Any) -> BoolArray:
     """Call `rays.blocked` with this process's library, followed by `arguments`.
 
-    Call it only if `rays_obstacle` is "".
+    Call it only if `rays_obstacle()` returns "".
     """
     from pvphong.shading.kernel import rays
 

@@ -1,6 +1,7 @@
 """Accuracy against time, measured on a given mesh and scene. A variant is one way to light the mesh.
 
 A row of the report has the errors and the time of one variant. A peer is a row for another implementation.
+
 - `measure`: `tradeoff`, which makes all measurements, the most important ones first. Read it first.
 - `result`: the rows, with their errors and times, and the choice of a row.
 - `variants`: ways to light a mesh at its vertices, and to cast rays from them.

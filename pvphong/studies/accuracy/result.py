@@ -392,7 +392,7 @@ class Result:
 
     @property
     def name_of_chosen(self) -> str:
-        """Name of the row with the least time within the report's tolerance at the vertices.
+        """Name of pvphong's row with the least time within the report's tolerance at the vertices. Peers do not count.
 
         There is always such a row, because the float64 reference has no error.
         """

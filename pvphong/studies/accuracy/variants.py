@@ -130,8 +130,8 @@ class Subject:
         rows : ndarray, optional
             Shape (m,): indices of the vertices; by default all of them.
         channels : ndarray, optional
-            Visibility at these vertices, from `Visibility.channels`: a row for each light, then a row for the sky, each
-            of shape (m,). It is used only with `rows`.
+            Visibility at these vertices, from `Visibility.channels`, shape (k, m): a row for each light, then a row for
+            the sky; if back sides are lit, the same rows for these follow. It is used only with `rows`.
         """
         part: Any = slice(None) if rows is None else rows
         points, normals = self.points[part], self.normals[part]

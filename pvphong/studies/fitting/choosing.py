@@ -26,7 +26,7 @@ class Chosen(NamedTuple):
 
 
 def choose(point: Point, problem: Problem, varied: Sequence[Variation], most: int, allowed: float) -> Chosen:
-    """Choose the fewest lights that meet the tolerance, greedily.
+    """Choose at most `most` lights greedily, and stop as soon as they meet the tolerance.
 
     Each step adds the light that gives the smallest squared error, with the unknowns of all chosen lights solved again.
     Then each chosen light is exchanged for another if this makes the error smaller. In the end, lights that the

@@ -406,7 +406,7 @@ def _wanted(
         if not finite.all():
             areas[-1][~finite.all(axis=1)] = 0.0
     if len({each.shape[1] for each in values if not np.isnan(each).all()}) > 1:
-        got, remedy = "luminances of some blocks and colours of others", "Luminances determine no hue."
+        got, remedy = "luminances of some blocks and colours of others", "For grey, repeat each luminance 3 times."
         check.refuse("target", got, "all luminances, or all colours", remedy)
     if len({each.shape[1] for each in values}) > 1:  # a block of which nothing is asked has either shape
         values = [np.broadcast_to(each, (len(each), 3)) for each in values]

@@ -331,10 +331,10 @@ class Starts:
         return self._solved([bank.shares[number] for bank, number in zip(self.banks, chosen, strict=True)]).squares
 
     def first(self, count: int, random: np.random.Generator) -> list[tuple[Light, ...]]:
-        """Return different starts, those with the smallest error first.
+        """Return different starts, those with the smallest error first, and the lights as given last.
 
-        There are `count` beginnings: the lights as given, all dark, and random candidates. From each, lights take
-        turns: each light takes the candidate that reduces the error of the others most.
+        There are `count` beginnings: the lights as given, all lights that move dark, and random candidates. From each,
+        lights take turns: each light takes the candidate that reduces the error of the others most.
         """
         found: dict[tuple[int, ...], float] = {(0,) * len(self.banks): np.inf}
         for number in range(count):

@@ -16,8 +16,8 @@ from pvphong.base.types import BoolArray, Float64Array, FloatArray
 from pvphong.meshes.blocks import datasets
 
 _SELECTIONS = (
-    "the name of a point array or a block, a box (x_min, x_max, y_min, y_max, z_min, z_max), or a point and a radius "
-    "((x, y, z), radius)"
+    "the name of a point array or a block, a box (x_min, x_max, y_min, y_max, z_min, z_max), a point and a radius "
+    "((x, y, z), radius), or in pairs a mask of a dataset's points"
 )
 LUMINANCE = XYZ_OF_RGB[1]
 """Luminance of red, green and blue."""
@@ -81,7 +81,10 @@ def target(mesh: Any, levels: Mapping[Any, Any] | Sequence[tuple[Any, Any]]) -> 
         if not masks:
             known = sorted({*filter(None, parts), *(each for part in parts.values() for each in part.point_data)})
             remedy = check.meant(key, known) or f"The names are {', '.join(known) or 'none'}."
-            got = f"an array of shape {key.shape}" if isinstance(key, np.ndarray) else repr(key)
+            got = repr(key)
+            if isinstance(key, np.ndarray):
+                got = f"an array of shape {key.shape}"
+                remedy = "A mask is an array of True and False with one entry per point of a dataset, not of blocks."
             check.refuse("levels", f"a selection {got}", f"selections and levels; a selection is {_SELECTIONS}", remedy)
         if not any(mask.any() for mask in masks.values()):
             check.refuse(name, "a selection without points", "a level for at least one point", _enlarged(mesh, key))

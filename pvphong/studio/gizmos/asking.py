@@ -55,7 +55,8 @@ class Ask:
     Raises
     ------
     ValueError
-        If SciPy is missing, no light can follow, or the colours that are shown are not those of the lights.
+        If SciPy is missing, no light can follow, a mix is shown, bounced light is still being computed, or a material
+        is PBR in VTK's convention.
     """
 
     def __init__(self, gizmos: Gizmos, spot: SurfacePoint, radius: float) -> None:
@@ -147,7 +148,7 @@ def _followers(gizmos: Gizmos) -> list[Follower]:
 def _lit(gizmos: Gizmos, varied: list[Variation]) -> tuple[Float64Array, list[Column], Float64Array, Float64Array]:
     """Return the colours of all visible meshes without some lights, columns of these lights, areas and world points.
 
-    All include the light that bounces between the meshes.
+    The colours and columns include the light that bounces between the meshes.
     """
     scene, lit = gizmos.lit.scene, gizmos.lit.vertices()
     subjects, areas, points = list[Subject](), list[Float64Array](), list[Float64Array]()

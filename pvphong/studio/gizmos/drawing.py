@@ -320,9 +320,9 @@ class Overlay:
         self._show_text(self._status, "\n".join(textwrap.fill(line, width) for line in text.split("\n")))
 
     def readout(self, text: str, cursor: tuple[float, float], size: tuple[float, float]) -> None:
-        """Show a text next to the cursor, on the side with more room. An empty text shows nothing.
+        """Show a text next to the cursor, on the side away from the subplot's middle if it fits there.
 
-        `cursor` is a position in pixels, and `size` the size of the subplot in pixels.
+        An empty text shows nothing. `cursor` is a position in pixels, and `size` the size of the subplot in pixels.
         """
         lines = text.split("\n")
         needed = _FROM_CURSOR + _LETTER[0] * max(map(len, lines)), _FROM_CURSOR + _LETTER[1] * len(lines)

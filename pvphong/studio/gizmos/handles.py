@@ -580,7 +580,8 @@ class FalloffHandle(Handle):
     def typed(self, numbers: dict[str, float]) -> Light:
         """Return the light with the falloff that leaves half of the light at the typed distance.
 
-        The linear and quadratic coefficients are scaled. A light with a constant falloff is returned unchanged.
+        The linear and quadratic coefficients are scaled. A light with an aim or with a constant falloff is returned
+        unchanged.
         """
         distance = check.number("half left at", numbers["half left at"], above=0.0)
         if self._half is None:

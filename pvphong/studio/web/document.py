@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -34,7 +33,6 @@ from pvphong.scene.light_model import LightModel
 from pvphong.scene.scene import Scene
 from pvphong.studio.gizmos import Gizmo, Gizmos, History, commands
 from pvphong.studio.gizmos.gizmo import called
-from pvphong.studio.gizmos.handles import LightInScene
 from pvphong.studio.lit_actors import MaterialsState
 from pvphong.studio.lit_mesh import LitMesh, SharedMaterial
 from pvphong.studio.subplot import Subplot
@@ -42,7 +40,7 @@ from pvphong.studio.web import coloring
 from pvphong.studio.web.fields import edited, form_of, number_in, slid
 from pvphong.studio.web.kinds import kind_of, new_reflectance, textured
 from pvphong.studio.web.mix import Mix, MixState
-from pvphong.studio.web.new_light import brightened, placed_before
+from pvphong.studio.web.new_light import brightened, placed_apart
 from pvphong.studio.web.opening import OpenFile, Opening, Part, own_names
 from pvphong.studio.web.placing import placed, placing_of
 from pvphong.studio.web.set_ups import SetUps, SunState
@@ -58,8 +56,6 @@ _IN_ROW = ("name", "on", "diffuse", "intensity", "casts_shadows")
 _FIRST_OF_SCENE = ("ambient", "shadows", "ambient_occlusion", "bounces")
 """Fields of the light model that the page shows first."""
 
-_LARGE = 0.2  # least distance between a new light and another, in scene sizes
-_APART = 0.45  # distance to the right of an existing light, in scene sizes
 
 _ACTS: Mapping[str, Callable[[Gizmos, Gizmo], Any]] = {
     "duplicate": commands.duplicate,
@@ -224,6 +220,8 @@ class Document:
     def open(self, mesh: Any, file: OpenFile, *, beside: bool = False) -> None:
         """Show another file as one undo step, in place of the others or beside them; see `Opening`."""
         with self._step_on_stage():
+            if not self.opening.drawn or not (beside or self._subplot.lights.renderer_lights):
+                self.set_ups.leave()  # the default lights, which come with the mesh, are not in W/m²
             (self.opening.add if beside else self.opening.open)(mesh, file, self.accuracy.refine)
 
     def remove_mesh(self, number: Any) -> None:
@@ -398,15 +396,11 @@ class Document:
         The light shines on the scene from the upper left. If lights are there already, the new light is to the right of
         them, and raises the mean of the picture by a third of a stop.
         """
-        scenery, viewer = self.gizmos.scenery, self._subplot.lights.viewer
-        taken = [gizmo.in_scene(self.gizmos.view).origin for gizmo in self.gizmos.all]
-        for column in range(len(taken) + 1):
-            light = placed_before(made, scenery.center, scenery.size, viewer, right=_APART * column)
-            origin = LightInScene(light, scenery).origin
-            if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
-                break
+        white = 2.0**-self._phong.display.exposure
+        light = placed_apart(made, self.gizmos, self._subplot.lights.viewer)
+        light = replace(light, intensity=white * light.intensity)
         if any(known.on for known in self._subplot.lights.values):
-            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, 2.0**-self._phong.display.exposure)
+            light = brightened(light, self._subplot.scene, self._subplot.lit.shown, white)
         name = free_name(wanted, {known.name for known in self._subplot.lights.values})
         with self._step():
             self.gizmos.add(replace(light, name=name))
@@ -468,13 +462,13 @@ class Document:
         """Select a light in the list and in the view. None deselects the selected light."""
         self.gizmos.select(None if number is None else self.gizmos.of(self._light(number)))
 
-    def replace_all(self, scene: Scene, materials: Mapping[str, Material], default: str) -> None:
+    def replace_all(self, scene: Scene | None, materials: Mapping[str, Material], default: str) -> None:
         """Set lights, light model and materials from a rig, as one undo step.
 
         Parameters
         ----------
-        scene : Scene
-            Lights and light model; its viewer is ignored.
+        scene : Scene or None
+            Lights and light model; its viewer is ignored. None to keep lights and light model.
         materials : mapping
             Name of a mesh → material.
         default : str
@@ -482,9 +476,10 @@ class Document:
             their materials. A stage without an entry of its own always keeps its material.
         """
         with self._step():
-            self.set_ups.leave()
-            self._subplot.lights.replace(scene.lights)
-            self._phong.light_model = scene.light_model
+            if scene is not None:
+                self.set_ups.leave()
+                self._subplot.lights.replace(scene.lights)
+                self._phong.light_model = scene.light_model
             stage = self.staging.mesh
             for name, shared in self.materials.items():
                 is_of_stage = stage is not None and shared is stage.shared_material  # most rigs are made without one

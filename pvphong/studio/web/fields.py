@@ -41,9 +41,6 @@ _OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 _STOPS = 4.0
 """Range of the slider of a number without an upper limit: this many stops up and down, a factor of 2⁴ = 16 each."""
 
-
-_MOST_STOPS = 100.0
-
 _STEP = 2.0**-4
 """Least movement of that slider, in stops."""
 

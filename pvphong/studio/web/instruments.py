@@ -94,6 +94,8 @@ class Instruments:
 
     def shown(self) -> dict[str, Any]:
         """Return the part of the page's state that changes with a frame."""
+        if self.probe.is_on and self.ask.shown()["on"]:  # the space bar, pressed in the view
+            self.probe.switch(False)
         return {"probe": self.probe.shown(), "ask": self.ask.shown(), "snapshots": self.snapshots.shown()}
 
     def triggered(self, name: str) -> None:

@@ -119,7 +119,7 @@ class LiveProbe:
         self._pins.append(_Pin(free, place, place.local, place.mesh.geometry()[0]))
 
     def _pick(self) -> Place | None:
-        """Return the mesh's vertex nearest to the surface point under the cursor; None if no surface is there."""
+        """Return the nearest corner of the face under the cursor; None if a handle is there, or no surface."""
         renderer, gizmos = self._subplot.renderer, self._gizmos
         if not gizmos.is_pointed_at or gizmos.hovered is not None:
             return None

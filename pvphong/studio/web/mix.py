@@ -58,7 +58,7 @@ class Fader:
         return (0.0, 0.0, 0.0) if self.muted else (self.gain * red, self.gain * green, self.gain * blue)
 
     def kept(self, light: Light) -> Light:
-        """Return the light with the fader applied to its intensity and colours."""
+        """Return the light with the fader applied to its intensity and colours. It is off if the fader is muted."""
         changes: dict[str, Any] = {"on": not self.muted, "intensity": light.intensity * self.gain}
         for name in ("diffuse", "specular", "ambient"):
             color = getattr(light, name)
@@ -190,7 +190,7 @@ class Mix:
         self.state = on, {}, None
 
     def kept(self) -> dict[RendererLight, Light]:
-        """Return each light with its fader applied to its intensity and colours."""
+        """Return light → the light after its fader: intensity and colours are scaled, and a muted light is off."""
         viewer = self._subplot.lights.viewer
         lights = self._subplot.lights.renderer_lights
         return {each: self._heard(each).kept(each.light(viewer)) for each in lights}

@@ -15,6 +15,8 @@ from pvphong.optics.light import Light
 from pvphong.optics.roles import Aim, Corners, Length, Place, Up
 from pvphong.scene.scene import Scene
 from pvphong.scene.viewer import Viewer
+from pvphong.studio.gizmos.gizmo import Gizmos
+from pvphong.studio.gizmos.handles import LightInScene
 from pvphong.studio.lit_mesh import LitMesh
 
 # scene sizes; and the brightness that it gives to a white surface at the centre.
@@ -24,6 +26,7 @@ _HEIGHTS = np.linspace(-1.0, 1.0, 4000)
 _ANGLES = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(4000.0)  # the golden angle spaces directions evenly
 _ALL_AROUND = np.stack([*(np.sqrt(1.0 - _HEIGHTS**2) * (np.cos(_ANGLES), np.sin(_ANGLES))), _HEIGHTS])
 _BRIGHTEST = 0.6
+_APART = 0.45  # distance to the right of an existing light, in scene sizes
 _DARK = 1.0 / 255.0  # a mean below this is no picture that a light could spoil
 
 
@@ -57,6 +60,17 @@ def placed_before(light: Light, center: Vector, size: float, viewer: Viewer, *, 
         around = place[:, None] + np.linalg.norm(middle - place) * _ALL_AROUND
         strength = float(np.max(light.arrival(around).strength))
     return replace(light, intensity=_BRIGHT / strength) if 0.0 < strength < math.inf else light
+
+
+def placed_apart(light: Light, gizmos: Gizmos, viewer: Viewer) -> Light:
+    """Return a light placed as by `placed_before`, as far to the right as needed to be apart from all other lights."""
+    scenery, taken = gizmos.scenery, [gizmo.in_scene(gizmos.view).origin for gizmo in gizmos.all]
+    for column in range(len(taken) + 1):
+        placed = placed_before(light, scenery.center, scenery.size, viewer, right=_APART * column)
+        origin = LightInScene(placed, scenery).origin
+        if all(math.dist(origin, other) > _LARGE * scenery.size for other in taken):
+            break
+    return placed
 
 
 def brightened(light: Light, scene: Scene, meshes: Sequence[LitMesh], white: float = 1.0) -> Light:

@@ -176,12 +176,13 @@ class Opening:
         Raises
         ------
         ValueError
-            If there is no such part, or the name is not a text of 1 to 80 characters without "/", or is taken.
+            If there is no such part, or the name is taken, or is not 1 to 80 printable characters without "/".
         """
         part = self._part(number)
         name = check.text("name", name).strip()
         if not name or len(name) > _LONGEST or "/" in name or not name.isprintable():
-            check.refuse("name", name[:_LONGEST] or "an empty input", f'1 to {_LONGEST} characters without "/"')
+            allowed = f'1 to {_LONGEST} printable characters without "/"'
+            check.refuse("name", name[:_LONGEST] or "an empty input", allowed)
         if name in _taken([each for each in self._parts if each is not part]):
             check.refuse("name", name, "different from the names of other meshes")
         self._parts = tuple(each._replace(name=name) if each is part else each for each in self._parts)

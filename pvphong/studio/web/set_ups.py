@@ -75,7 +75,7 @@ class SetUps:
             If the set-up "sun" is not chosen, or its sun was deleted.
         """
         if self.state is None or self._named(_SUN) is None:
-            check.refuse("sun", "another set-up", 'the set-up "sun"', "Choose it under set-ups.")
+            check.refuse("sun", "none", 'that of the set-up "sun by date and place"', "Choose it under set-ups.")
         return self.state.sun
 
     def choose(self, name: str) -> None:
@@ -102,10 +102,13 @@ class SetUps:
         self.state = SunState(sun, sun, sun, before if self.state is None else self.state.before)
 
     def leave(self) -> None:
-        """Forget the sun, if it was chosen, and restore the light model and the display, for lights in other units."""
-        if self.state is not None:
-            self._phong.light_model, self._phong.display = self.state.before
-            self.state = None
+        """Forget the sun, if it was chosen, and restore what it set of light model and display."""
+        if self.state is None:
+            return
+        (model, display), self.state = self.state.before, None
+        own = {"ambient": model.ambient, "shadows": model.shadows, "clamp": model.clamp}
+        self._phong.light_model = replace(self._phong.light_model, **own)
+        self._phong.display = replace(self._phong.display, exposure=display.exposure, tone=display.tone)
 
     def move(self, sun: SunByDate) -> None:
         """Set place, day and hour. The sun in the view follows, except at night; the sky follows at `rest`."""
@@ -143,10 +146,10 @@ class SetUps:
         return next((each for each in lights if each.name == name), None)
 
     def _set(self, name: str, light: Light) -> None:
-        """Replace the light of this name, and keep whether it is on; do nothing if it was deleted."""
+        """Replace the light of this name; do nothing if it was deleted. Whether it is on and casts shadows is kept."""
         if (found := self._named(name)) is not None:
             before = found.light(self._subplot.lights.viewer)
-            self._subplot.lights.set(found, prepared(replace(light, on=before.on)))
+            self._subplot.lights.set(found, prepared(replace(light, on=before.on, casts_shadows=before.casts_shadows)))
 
     def unit_of(self, light: Light, unit: str) -> str:
         """Return the unit of a light's brightness on the page: W/m² for the sun, else the given one."""

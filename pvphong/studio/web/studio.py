@@ -511,7 +511,7 @@ class Studio:
                 "mesh": measured.mesh,
                 "scene": self._subplot.scene,
                 "material": measured.material,
-                "tolerance": self.document.accuracy.tolerance or 1.0 / 255.0,
+                "tolerance": self.document.accuracy.tolerance or self.document.set_ups.tolerance or 1.0 / 255.0,
                 "seconds": seconds,
                 "matrix": self._measured_matrix,
                 "feature_angle": measured.feature_angle,

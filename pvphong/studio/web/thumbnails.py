@@ -73,7 +73,7 @@ def thumbnail(kind: str, name: str) -> bytes:
 
 
 async def answer(request: web.Request) -> web.StreamResponse:
-    """Answer an HTTP request for a thumbnail. The address names its kind."""
+    """Answer an HTTP request for the thumbnail of a material, a reflectance or a set-up of lights."""
     try:
         image = await asyncio.to_thread(thumbnail, request.match_info["kind"], request.match_info["name"])
     except ValueError:

@@ -196,11 +196,15 @@ class Turntable:
 async def _finished(work: Callable[[], Any]) -> None:
     """Run `work` in another thread and wait for it.
 
-    If the task is cancelled meanwhile, still wait until `work` has ended, because it uses the plotter.
+    If the task is cancelled meanwhile, also more than once, still wait until `work` has ended, because it uses the
+    plotter.
     """
-    doing = asyncio.ensure_future(asyncio.to_thread(work))
-    try:
-        await asyncio.shield(doing)
-    except asyncio.CancelledError:
-        await asyncio.wait([doing])
-        raise
+    doing, cancelled = asyncio.ensure_future(asyncio.to_thread(work)), None
+    while not doing.done():
+        try:
+            await asyncio.wait([doing])
+        except asyncio.CancelledError as error:
+            cancelled = error
+    if cancelled is not None:
+        raise cancelled
+    await doing

@@ -66,7 +66,8 @@ class Uploads:
     async def take_rig(self, _name: str, path: Path, query: Mapping[str, str]) -> None:
         """Use a rig; with `part=material` in the query, only its materials."""
         refuse_lamp_files(path)
-        scene, materials = Scene.load(path), load_materials(path)
+        scene: Scene | None = Scene.load(path)
+        materials = load_materials(path)
         for material in materials.values():
             for field, given in material.maps.items():
                 if is_image_path(given):
@@ -75,7 +76,7 @@ class Uploads:
         if query.get("part") == "material":
             if not materials:
                 check.refuse("rig", "a rig without materials", "a rig with at least one material")
-            scene = self._subplot.scene
+            scene = None
         self._document.replace_all(scene, materials, DEFAULT)
 
     async def take_lamp(self, name: str, path: Path, _query: Mapping[str, str]) -> str:

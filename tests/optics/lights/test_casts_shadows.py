@@ -98,6 +98,8 @@ def test_without_any_rays_no_geometry_is_asked(monkeypatch):
     lights = [replace(light, name=str(k)) for k, light in enumerate(lights)]
     lit = BLOCKS.phong.shade(scene(*lights), GLOSSY)
     assert np.isfinite(lit["ball"]["phong"]).all()
+    ball = BLOCKS["ball"]
+    assert (np.array(ball.phong.visibility(scene(lights[0]), occluders=[BLOCKS[-1]]).per_light) == 1.0).all()
     given = scene(lights[0], replace(lights[1], on=False))
     points, normals = np.eye(3), np.eye(3)  # `evaluate` knows no geometry and needs no visibility
     assert ph.evaluate(points, normals, given, GLOSSY).rgb.shape == (3, 3)

@@ -113,6 +113,11 @@ def test_other_files_are_dropped_as_what_they_are_or_refused(page, files):
     assert names(page) == ["ball", "post"]
 
 
+def test_the_first_mesh_that_is_dropped_is_opened_also_after_a_rig(page, files):
+    drop(page, files["rig.json"], files["post.stl"])
+    page.until(lambda: names(page) == ["post"])
+
+
 def test_a_measured_lamp_is_brought_with_its_gizmo_and_undone(page, files):
     before = [light["called"] for light in page.state("lights")]
     bring(page, "lamp", files["lamp.ies"])

@@ -124,7 +124,7 @@ def test_both_sides_of_an_open_mesh_are_lit_unless_light_bounces(ball):
 
 REFUSED_NAMES = {
     "different from the names of other meshes": ["ball", "stage", "default"],
-    "1 to 80 characters": ["", "  ", "a/b", "x" * 81, "a\nb"],
+    "1 to 80 printable characters": ["", "  ", "a/b", "x" * 81, "a\nb"],
     "name must be a string": [5],
 }
 

@@ -133,7 +133,7 @@ def test_a_deleted_sun_or_another_set_up_ends_it(document, plotter):
     assert [light.on for light in plotter.phong.lights] == [True, False]
     document.act("delete", document.shown()["lights"][0]["number"])
     assert document.shown()["sun"] is None
-    with pytest.raises(ValueError, match=r'^sun must be the set-up "sun"; got another set-up'):
+    with pytest.raises(ValueError, match=r'^sun must be that of the set-up "sun by date and place"; got none\.'):
         document.edit("sun.hour", 11)
     document.undo()
     assert document.shown()["sun"]["text"] == SunByDate(hour=15.0).words
@@ -153,8 +153,30 @@ def test_other_lights_get_their_exposure_back(document, plotter):
         document.undo()
         assert document.state == with_sun
     document.set_up("sun")
+    document.edit("model.bounces", 2)
     document.set_up("rim")
     assert plotter.phong.display == ph.Display()
+    assert plotter.phong.light_model == ph.LightModel(bounces=2)
+
+
+def test_materials_of_a_rig_leave_the_sun(document, plotter):
+    display = plotter.phong.display
+    document.replace_all(None, {"default": ph.Material.named("gold")}, "default")
+    assert plotter.phong.display == display
+    assert document.shown()["sun"] is not None
+
+
+def test_a_lamp_in_place_of_sun_and_sky_is_seen(document, plotter):
+    for _ in range(2):
+        document.act("delete", document.shown()["lights"][0]["number"])
+    document.add("point")
+    assert picture(plotter).max() > 100
+
+
+def test_a_switch_of_the_suns_shadows_stays(document, plotter):
+    plotter.phong.set_light("sun", casts_shadows=False)
+    document.edit("sun.hour", 15)
+    assert not plotter.phong.lights[0].casts_shadows
 
 
 def test_a_new_lamp_is_as_bright_as_the_sun_needs(document, plotter):
@@ -192,3 +214,5 @@ def test_lights_in_watts_get_as_many_rays_as_a_picture_needs(document, plotter):
     document.edit("display.exposure", 0.0)
     picture(plotter)
     assert mesh.ray_tolerance == pytest.approx(1.0 / 255.0)
+    expected = mesh.mesh.phong.shade(plotter.phong.scene, mesh.material, feature_angle=30)["phong"]
+    np.testing.assert_allclose(mesh.linear, expected, atol=1e-3)  # 3 W/m² off without new rays

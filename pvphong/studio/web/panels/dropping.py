@@ -23,8 +23,9 @@ SCRIPT = """
   const isOurs = ({ dataTransfer, target }) => dataTransfer && [...dataTransfer.types].includes('Files')
     && (!target.closest('.v-file-input') || target.closest('.studio-beside'));
   const isBeside = (event) => event.shiftKey || !!event.target.closest('.studio-beside');
+  const kind = (file) => state().get('dropped')[(/[.][^.]+$/.exec(file.name) || [''])[0].toLowerCase()];
   const bring = (file, isBeside) => {
-    const what = state().get('dropped')[(/[.][^.]+$/.exec(file.name) || [''])[0].toLowerCase()];
+    const what = kind(file);
     if (!what) return window.trame.trigger('refuse_file', [file.name]);
     const more = isBeside && what === 'mesh' ? '&beside=1' : '';
     state().set('busy', true);
@@ -48,7 +49,7 @@ SCRIPT = """
     let addsMesh = isBeside(event);
     for (const file of files) {
       await bring(file, addsMesh);
-      addsMesh = true;
+      addsMesh ||= kind(file) === 'mesh';
     }
   }, true);
 })();
