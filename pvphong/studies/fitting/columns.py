@@ -104,10 +104,16 @@ class Subject:
         return self.vertices.equation(scene, self.material, self.matrix)
 
     @functools.cached_property
-    def sky(self) -> list[FloatArray]:
-        """Visible fraction of the sky at each vertex: an array for the front sides, and an array for the back sides."""
+    def sky(self) -> FloatArray:
+        """Visible fraction of the sky at each vertex."""
         assert self.tracer is not None
-        return [side.sky().part for side in (self.tracer, self.tracer.turned)]
+        return self.tracer.sky().part
+
+    @functools.cached_property
+    def sky_behind(self) -> FloatArray:
+        """Visible fraction of the sky at each vertex, from the vertex's back side."""
+        assert self.tracer is not None
+        return self.tracer.turned.sky().part
 
     def light_seen(self, light: Light, *, behind: bool) -> list[FloatArray]:
         """Return the visible fraction of `light`, in world coordinates, for each vertex.
@@ -248,7 +254,7 @@ class Columns:
                 if index in (None, k) and light.on:
                     rows[:, k] = subject.light_seen(light, behind=model.two_sided)
             if model.ambient_occlusion is not False:
-                rows[:, -1] = subject.sky[:sides]
+                rows[:, -1] = [subject.sky, subject.sky_behind] if model.two_sided else [subject.sky]
             given = GivenVisibility("visibility", rows.reshape(-1, len(subject)))
             given.refuse_other(subject.vertices.points, lights, (), model)
             found.append(given)

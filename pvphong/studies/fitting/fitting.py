@@ -196,7 +196,8 @@ def fit_blocks(
                 if path not in paths:
                     check.refuse(name, f"a mapping with {path!r}", f"a mapping whose keys are paths of blocks: {paths}")
         elif mapping is not None and np.ndim(mapping):
-            check.refuse(name, type(mapping).__name__, "a mapping from paths of blocks to arrays, or one number")
+            or_number = ", or one number" * (name == "target")
+            check.refuse(name, type(mapping).__name__, f"a mapping from paths of blocks to arrays{or_number}")
     return _fitted(parts, scene, target, vary, setting, wishes, light, begun)
 
 

@@ -99,7 +99,7 @@ def _enlarged(mesh: Any, key: Any) -> str:
         return "It is 0 everywhere."
     if len(key) == 6 and any(low > high for low, high in zip(key[::2], key[1::2], strict=True)):
         return "The order of a box is x_min, x_max, y_min, y_max, z_min, z_max."
-    return f"The points are in the box {', '.join(f'{bound:.6g}' for bound in mesh.bounds)}."
+    return f"Enlarge or move it. The points are in the box {', '.join(f'{bound:.6g}' for bound in mesh.bounds)}."
 
 
 def _selected(path: str, mesh: pv.DataSet, key: Any) -> BoolArray | None:

@@ -23,7 +23,7 @@ from pvphong.studio.gizmos.highlight import SurfacePoint
 from pvphong.studio.window_lights import RendererLight
 
 PIXELS_PER_STOP = 60.0
-"""Distance of the cursor that asks for twice the light."""
+"""Distance of the cursor that asks for twice the light, in pixels of a screen without scaling."""
 
 # Weight of the spot in multiples of the weight of everything else.
 _WEIGHT = 10.0
@@ -71,7 +71,7 @@ class Ask:
         base, columns, areas, points = _lit(gizmos, [each.variation for each in self._followers])
         inside = np.maximum(1.0 - np.square(points - spot.point).sum(axis=1) / (radius * radius), 0.0) * (areas > 0.0)
         if not inside.any():  # the triangles are larger than the spot
-            inside[np.argmin(np.square(points - spot.point).sum(axis=1))] = 1.0
+            inside[np.argmin(np.where(areas > 0.0, np.square(points - spot.point).sum(axis=1), np.inf))] = 1.0
         self._inside = inside > 0.0
         own, rest = areas * inside, areas
         weights = _WEIGHT * own / (own.sum() or 1.0) + rest / (rest.sum() or 1.0)
@@ -96,14 +96,15 @@ class Ask:
 
     def move(self) -> None:
         """Set the intensities that belong to the cursor's position, if it has moved: up is brighter."""
-        stops = (self.gizmos.cursor[1] - self._start) / PIXELS_PER_STOP
+        stops = (self.gizmos.cursor[1] - self._start) / (PIXELS_PER_STOP * self.gizmos.view.scale)
         if stops != self._stops:
             self.ask(stops)
 
     def ask(self, stops: float) -> None:
         """Ask for 2 to the power of `stops` times the luminance that the spot had at the start."""
         self._stops, values = stops, self._seen.copy()
-        values[self._inside] = np.maximum(values[self._inside], _BLACK) * 2.0**stops if stops else values[self._inside]
+        least = _BLACK if stops > 0.0 else 0.0  # a black spot can become brighter, and a dark one darker
+        values[self._inside] = np.maximum(values[self._inside], least) * 2.0**stops
         wanted = replace(self._problem.wanted, values=values)
         solution = solve(replace(self._problem, wanted=wanted))
         asked, given = (

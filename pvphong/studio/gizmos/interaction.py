@@ -427,7 +427,10 @@ class Interaction:
         Return False if a handle or no mesh is there.
         """
         gizmos = self.gizmos
-        if not gizmos.asks or not gizmos.is_pointed_at or gizmos.hovered is not None:
+        if not gizmos.asks or not gizmos.is_pointed_at:
+            return False
+        self._hover()  # a tap comes without a move
+        if gizmos.hovered is not None:
             return False
         spot = gizmos.surfaces.pick(gizmos.cursor)
         if spot is None:
@@ -469,6 +472,8 @@ class Interaction:
         gizmos = self.gizmos
         if not gizmos.asks or not gizmos.is_pointed_at:
             return False
+        if isinstance(self.edit, Ask):
+            return True  # the spot of a drag keeps its size
         gizmos.resize_spot(gizmos.spot_size * factor)
         gizmos.notice = f"spot: {gizmos.spot_size:.2g} of the scene's size"
         gizmos.render()

@@ -18,11 +18,12 @@ BALL = pv.Sphere(theta_resolution=40, phi_resolution=40)
 SPOT = (-0.35, -0.357, 0.0)  # on the left, where only the left light arrives
 
 
-def window(new_plotter, *lights, model=None):
-    plotter = new_plotter((400, 300))
+def window(new_plotter, *lights, model=None, mesh=BALL, scale=1):
+    plotter = new_plotter((400 * scale, 300 * scale))
+    plotter.render_window.SetDPI(72 * scale)
     for light in lights:
         plotter.phong.add_light(light)
-    plotter.phong.add_mesh(BALL, MATTE)
+    plotter.phong.add_mesh(mesh, MATTE)
     plotter.phong.light_model = model or ph.LightModel(ambient=0.0)
     plotter.camera_position = [(0, -4, 0.5), (0, 0, 0), (0, 0, 1)]
     plotter.show(auto_close=False)
@@ -112,6 +113,47 @@ def test_a_larger_spot_asks_for_more(new_plotter):
         stops(mouse, 1.0)
         found.append(mouse.plotter.phong.lights[1].intensity)
     assert found[1] > found[0]  # the right light arrives in the larger spot
+
+
+def test_a_dark_spot_becomes_darker(new_plotter):
+    mouse = window(new_plotter, replace(LEFT, intensity=0.01))
+    mouse.key("space")
+    stops(mouse, -0.5)
+    assert mouse.plotter.phong.lights[0].intensity == pytest.approx(0.01 / np.sqrt(2), rel=0.05)
+
+
+def test_a_press_without_a_move_before_it_finds_what_is_there(new_plotter):
+    lamp = ph.PointLight(position=(0.1, -1.2, 0.2), name="lamp")  # before the ball
+    mouse = window(new_plotter, LEFT, lamp)
+    mouse.key("space")
+    pixel = mouse.at("lamp", "position")
+    mouse.move((3, 3))
+    mouse.send("LeftButtonPressEvent", pixel)
+    mouse.move(np.add(pixel, (0, 30)))
+    mouse.release()
+    left, moved = mouse.plotter.phong.lights
+    assert left == LEFT
+    assert moved.position != lamp.position
+
+
+def test_a_spot_between_vertices_is_the_nearest_one_with_an_area(new_plotter):
+    found = []
+    for points in (BALL.points, np.append(BALL.points, [SPOT], axis=0)):  # a point that no triangle uses
+        mouse = window(new_plotter, LEFT, RIGHT, mesh=pv.PolyData(points, BALL.faces))
+        mouse.key("space")
+        for _ in range(20):
+            mouse.send("MouseWheelBackwardEvent", mouse.at(SPOT))
+        stops(mouse, 1.0)
+        found.append(mouse.plotter.phong.lights[0].intensity)
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[0] > 0.5
+
+
+def test_a_screen_with_twice_the_pixels_takes_twice_as_many(new_plotter):
+    mouse = window(new_plotter, LEFT, scale=2)
+    mouse.key("space")
+    stops(mouse, 1.0)
+    assert mouse.plotter.phong.lights[0].intensity == pytest.approx(0.3 * np.sqrt(2), rel=0.05)
 
 
 def test_shadows_count_and_what_no_light_reaches_is_said(new_plotter):
